@@ -1,0 +1,57 @@
+//! Cameras, filters and films: from a picture's pixels to rays, and back from radiance to pixels.
+
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use glam::{DVec2, DVec3, Vec2};
+
+/// A ray that a camera looks along. The direction is what the observer at the camera measures; the program turns it into
+/// the chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraRay {
+    /// Start, render space.
+    pub origin: DVec3,
+    /// Unit direction in the local frame of the observer at `origin`.
+    pub direction: DVec3,
+}
+
+/// Turns points of the film into rays.
+pub trait Camera: Send + Sync {
+    /// The ray through the point `raster` of the film [pixels; x to the right, y down, pixel centres at halves]; `lens` is
+    /// two numbers in [0,1).
+    fn ray(&self, raster: DVec2, lens: Vec2) -> CameraRay;
+
+    /// Where the camera stands, render space.
+    fn position(&self) -> DVec3;
+
+    /// Moves the camera by `-origin`, from world space to render space. Called once, before anything else.
+    fn rebase(&mut self, origin: DVec3);
+}
+
+/// A pixel's reconstruction filter, applied by choosing where samples go, so that each sample touches its own pixel only.
+pub trait Filter: Send + Sync {
+    /// Offset from the pixel's centre [pixels] and weight of a sample, from two numbers in [0,1).
+    fn sample(&self, u: Vec2) -> (Vec2, f32);
+}
+
+/// Turns spectral samples into the numbers of a pixel.
+pub trait Film: Send + Sync {
+    /// Width and height [pixels].
+    fn resolution(&self) -> [u32; 2];
+
+    /// The part of the picture that is rendered: x0, x1, y0, y1 [pixels], x1 and y1 excluded.
+    fn crop(&self) -> [u32; 4];
+
+    /// File to write, unless the command line names one.
+    fn filename(&self) -> &str;
+
+    /// Least and greatest recorded wavelength [nm].
+    fn lambda_range(&self) -> [f32; 2];
+
+    /// Names of the channels, as in the EXR file.
+    fn channels(&self) -> Vec<String>;
+
+    /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to a pixel's sums, one for each channel.
+    fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]);
+
+    /// Display colour (sRGB, encoded, 0 to 1) of a pixel whose channels have the given values.
+    fn display(&self, channels: &[f32]) -> [f32; 3];
+}

@@ -1,0 +1,284 @@
+//! Shapes as intersectors and light sampling see them: triangle meshes and exact surfaces, in render space.
+//!
+//! Render space is world space moved so that the scene lies near the origin; positions are `f64` but for the vertices of
+//! meshes, which are stored (and traced) as `f32`.
+
+use crate::sampling::uniform_triangle;
+use glam::{DVec2, DVec3, Vec2};
+use std::sync::Arc;
+
+/// An axis-aligned box; empty if `min > max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Least corner.
+    pub min: DVec3,
+    /// Greatest corner.
+    pub max: DVec3,
+}
+
+impl Aabb {
+    /// The box that contains nothing.
+    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    /// Whether it contains nothing.
+    pub fn is_empty(&self) -> bool {
+        !self.min.cmple(self.max).all()
+    }
+
+    /// The smallest box around this one and a point.
+    pub fn with_point(self, p: DVec3) -> Self {
+        Self { min: self.min.min(p), max: self.max.max(p) }
+    }
+
+    /// The smallest box around both.
+    pub fn union(self, o: Self) -> Self {
+        Self { min: self.min.min(o.min), max: self.max.max(o.max) }
+    }
+
+    /// Grown by `by` on every side.
+    pub fn grown(self, by: f64) -> Self {
+        Self { min: self.min - by, max: self.max + by }
+    }
+
+    /// The middle.
+    pub fn center(&self) -> DVec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// The eight corners.
+    pub fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |bit: usize, lo: f64, hi: f64| if i & bit == 0 { lo } else { hi };
+            DVec3::new(pick(1, self.min.x, self.max.x), pick(2, self.min.y, self.max.y), pick(4, self.min.z, self.max.z))
+        })
+    }
+
+    /// The part `(enter, leave)` of `t_min..=t_max` for which `origin + t direction` lies in the box, if any.
+    pub fn clip(&self, origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> Option<(f64, f64)> {
+        let (mut enter, mut leave) = (t_min, t_max);
+        for axis in 0..3 {
+            let (o, d) = (origin[axis], direction[axis]);
+            if d == 0.0 {
+                if o < self.min[axis] || o > self.max[axis] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((self.min[axis] - o) / d, (self.max[axis] - o) / d);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        (enter <= leave).then_some((enter, leave))
+    }
+}
+
+/// A piece of a straight line: `origin + t direction` for `t_min < t < t_max`; `direction` need not be a unit vector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Where t = 0.
+    pub origin: DVec3,
+    /// Change of position with t.
+    pub direction: DVec3,
+    /// Start.
+    pub t_min: f64,
+    /// End; may be infinite.
+    pub t_max: f64,
+}
+
+impl Segment {
+    /// The point at `t`.
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+}
+
+/// Triangles with shared vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    /// Vertex positions, render space.
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex numbers of each triangle, counter-clockwise around the outward normal `(p1-p0) x (p2-p0)`.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit shading normals of the vertices, or empty.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates of the vertices, or empty.
+    pub uvs: Vec<[f32; 2]>,
+}
+
+impl TriangleMesh {
+    /// The corners of a triangle.
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|v| DVec3::from_array(self.positions[v as usize].map(f64::from)))
+    }
+
+    /// The smallest box around the triangles.
+    pub fn bounds(&self) -> Aabb {
+        let positions = self.triangles.iter().flatten().map(|v| self.positions[*v as usize]);
+        positions.fold(Aabb::EMPTY, |b, p| b.with_point(DVec3::from_array(p.map(f64::from))))
+    }
+
+    /// Area of a triangle, chart measure.
+    pub fn triangle_area(&self, triangle: u32) -> f64 {
+        let [a, b, c] = self.corners(triangle);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Normal and texture coordinates at barycentric coordinates `b` (weights of the second and third corner).
+    pub fn surface(&self, triangle: u32, b: DVec2) -> SurfaceGeometry {
+        let [p0, p1, p2] = self.corners(triangle);
+        let mut normal = (p1 - p0).cross(p2 - p0).normalize();
+        let weights = [1.0 - b.x - b.y, b.x, b.y];
+        let v = self.triangles[triangle as usize];
+        let mut shading_normal = normal;
+        if !self.normals.is_empty() {
+            let n = (0..3).map(|i| DVec3::from_array(self.normals[v[i] as usize].map(f64::from)) * weights[i]).sum::<DVec3>();
+            if let Some(n) = n.try_normalize() {
+                shading_normal = n;
+                // As in pbrt: the vertex normals decide which side is out.
+                if normal.dot(n) < 0.0 {
+                    normal = -normal;
+                }
+            }
+        }
+        let corner_uv = |i: usize| match self.uvs.get(v[i] as usize) {
+            Some(uv) => DVec2::from_array(uv.map(f64::from)),
+            None => [DVec2::ZERO, DVec2::X, DVec2::ONE][i],
+        };
+        let uv = (0..3).map(|i| corner_uv(i) * weights[i]).sum::<DVec2>().as_vec2();
+        SurfaceGeometry { normal, shading_normal, uv }
+    }
+}
+
+/// What a surface looks like around one of its points; chart measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceGeometry {
+    /// Unit normal of the surface itself, on its outer side.
+    pub normal: DVec3,
+    /// Unit normal that shading uses.
+    pub shading_normal: DVec3,
+    /// Texture coordinates.
+    pub uv: Vec2,
+}
+
+/// A point drawn from a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaSample {
+    /// The point, render space.
+    pub point: DVec3,
+    /// The surface's outer unit normal there.
+    pub normal: DVec3,
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// Density with respect to chart area.
+    pub pdf: f64,
+}
+
+/// A surface given by a formula, such as a sphere. All positions are in render space.
+pub trait Analytic: Send + Sync {
+    /// A box around it.
+    fn bounds(&self) -> Aabb;
+    /// The least `t` in the open range of the segment at which it meets the surface.
+    fn intersect(&self, segment: &Segment) -> Option<f64>;
+    /// The surface around a point of it.
+    fn surface(&self, point: DVec3) -> SurfaceGeometry;
+    /// Its area, chart measure.
+    fn area(&self) -> f64;
+    /// Draws a point of it.
+    fn sample(&self, u: Vec2) -> AreaSample;
+    /// The density with which [`Analytic::sample`] draws `point`, with respect to chart area.
+    fn pdf(&self, point: DVec3) -> f64;
+    /// Moves the surface by `-origin`, from world space to render space. Called once, before anything else.
+    fn rebase(&mut self, origin: DVec3);
+}
+
+/// The surface of one shape.
+#[derive(Clone)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Arc<TriangleMesh>),
+    /// A formula.
+    Analytic(Arc<dyn Analytic>),
+}
+
+impl Geometry {
+    /// A box around it.
+    pub fn bounds(&self) -> Aabb {
+        match self {
+            Self::Mesh(mesh) => mesh.bounds(),
+            Self::Analytic(surface) => surface.bounds(),
+        }
+    }
+}
+
+/// A mesh before it is moved to render space: the same as [`TriangleMesh`], with positions in world space in `f64`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WorldMesh {
+    /// Vertex positions, world space.
+    pub positions: Vec<DVec3>,
+    /// See [`TriangleMesh::triangles`].
+    pub triangles: Vec<[u32; 3]>,
+    /// See [`TriangleMesh::normals`].
+    pub normals: Vec<[f32; 3]>,
+    /// See [`TriangleMesh::uvs`].
+    pub uvs: Vec<[f32; 2]>,
+}
+
+impl WorldMesh {
+    /// Moves the mesh to render space, and drops the triangles without area (of which no normal could be told), returning
+    /// how many those were.
+    pub fn rebase(mut self, origin: DVec3) -> (TriangleMesh, usize) {
+        let positions: Vec<[f32; 3]> = self.positions.iter().map(|p| (*p - origin).as_vec3().to_array()).collect();
+        let before = self.triangles.len();
+        let corner = |v: u32| DVec3::from_array(positions[v as usize].map(f64::from));
+        self.triangles.retain(|&[a, b, c]| {
+            let (a, b, c) = (corner(a), corner(b), corner(c));
+            let n = (b - a).cross(c - a);
+            n.is_finite() && n.length_squared() > 0.0
+        });
+        let dropped = before - self.triangles.len();
+        let mesh = TriangleMesh { positions, triangles: self.triangles, normals: self.normals, uvs: self.uvs };
+        (mesh, dropped)
+    }
+
+    /// The smallest box around the vertices.
+    pub fn bounds(&self) -> Aabb {
+        self.positions.iter().fold(Aabb::EMPTY, |b, p| b.with_point(*p))
+    }
+}
+
+/// What a shape plugin makes, in world space.
+pub enum WorldGeometry {
+    /// Triangles.
+    Mesh(WorldMesh),
+    /// A formula.
+    Analytic(Box<dyn Analytic>),
+}
+
+impl WorldGeometry {
+    /// A box around it, world space.
+    pub fn bounds(&self) -> Aabb {
+        match self {
+            Self::Mesh(mesh) => mesh.bounds(),
+            Self::Analytic(surface) => surface.bounds(),
+        }
+    }
+}
+
+/// A shape plugin's product; kept behind a trait so that shapes register like every other kind.
+pub trait Shape: Send + Sync {
+    /// Hands over the geometry, in world space, normals on the outer side (transform and `ReverseOrientation` applied).
+    fn into_geometry(self: Box<Self>) -> WorldGeometry;
+}
+
+impl Shape for WorldGeometry {
+    fn into_geometry(self: Box<Self>) -> WorldGeometry {
+        *self
+    }
+}
+
+/// A uniform point of a triangle of `mesh`: the point and its barycentric coordinates.
+pub fn sample_triangle(mesh: &TriangleMesh, triangle: u32, u: Vec2) -> (DVec3, DVec2) {
+    let [a, b, c] = mesh.corners(triangle);
+    let w = uniform_triangle(u).as_dvec2();
+    (a + (b - a) * w.x + (c - a) * w.y, w)
+}

@@ -1,0 +1,55 @@
+//! What surfaces do with light.
+//!
+//! Directions are unit vectors in the local shading frame: z is the shading normal, measured by the observer at the surface;
+//! both point away from it. `wo` is where light goes (towards the camera), `wi` where it comes from. Scattered radiance
+//! is that of the radiance transported towards the camera: refraction includes the factor `1/eta^2`.
+
+use crate::spectrum::{N_LAMBDA, SampledSpectrum};
+use glam::{Vec2, Vec3};
+
+/// What a material may know of the point that it shades.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shading {
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// Wavelengths of the path as they are at this point [nm].
+    pub lambda_nm: [f32; N_LAMBDA],
+}
+
+/// A direction that a material chose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// The direction.
+    pub wi: Vec3,
+    /// BSDF times |cos(theta_i)| over density: what the path's throughput is multiplied with.
+    pub weight: SampledSpectrum,
+    /// Density with respect to solid angle [1/sr]; 1 for a specular direction.
+    pub pdf: f32,
+    /// Whether the direction was the only one possible (a mirror, smooth glass), so that `pdf` is no density.
+    pub specular: bool,
+}
+
+/// A bidirectional scattering distribution over a surface.
+pub trait Material: Send + Sync {
+    /// BSDF times |cos(theta_i)|: the cosine is included. Zero for specular materials.
+    fn evaluate(&self, at: &Shading, wo: Vec3, wi: Vec3) -> SampledSpectrum;
+
+    /// The density with which [`Material::sample`] chooses `wi` [1/sr]. Zero for specular materials.
+    fn pdf(&self, at: &Shading, wo: Vec3, wi: Vec3) -> f32;
+
+    /// Chooses a direction with three numbers in [0,1): `choice` between lobes, `u` within one. `None`: absorbed.
+    fn sample(&self, at: &Shading, wo: Vec3, choice: f32, u: Vec2) -> Option<BsdfSample>;
+
+    /// Whether every direction it chooses is specular, so that light cannot be sampled for it.
+    fn is_specular(&self) -> bool;
+}
+
+/// Cosine of the angle to the shading normal.
+pub fn cos_theta(w: Vec3) -> f32 {
+    w.z
+}
+
+/// Whether both directions lie on the same side of the surface.
+pub fn same_hemisphere(a: Vec3, b: Vec3) -> bool {
+    a.z * b.z > 0.0
+}

@@ -1,0 +1,147 @@
+//! Random numbers as a pure function of (seed, pixel, sample, dimension), and the usual maps from the unit square.
+
+use glam::{Vec2, Vec3};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
+/// A source of numbers in [0,1), without state: the same arguments give the same number, on any thread, in any order.
+pub trait Sampler: Send + Sync {
+    /// Number `dimension` of sample `index` of the pixel.
+    fn number(&self, pixel: [u32; 2], index: u32, dimension: u32) -> f32;
+
+    /// Numbers `dimension` and `dimension + 1`, well distributed together.
+    fn pair(&self, pixel: [u32; 2], index: u32, dimension: u32) -> Vec2 {
+        Vec2::new(self.number(pixel, index, dimension), self.number(pixel, index, dimension + 1))
+    }
+
+    /// Samples a pixel that the scene asks for.
+    fn samples_per_pixel(&self) -> u32;
+}
+
+/// The numbers of one sample of one pixel, in the order in which they are asked for.
+pub struct SampleStream<'a> {
+    sampler: &'a dyn Sampler,
+    pixel: [u32; 2],
+    index: u32,
+    dimension: u32,
+}
+
+impl<'a> SampleStream<'a> {
+    /// The stream of sample `index` of `pixel`, from its first number.
+    pub fn new(sampler: &'a dyn Sampler, pixel: [u32; 2], index: u32) -> Self {
+        Self { sampler, pixel, index, dimension: 0 }
+    }
+
+    /// The next number.
+    pub fn next_1d(&mut self) -> f32 {
+        self.dimension += 1;
+        self.sampler.number(self.pixel, self.index, self.dimension - 1)
+    }
+
+    /// The next two numbers.
+    pub fn next_2d(&mut self) -> Vec2 {
+        self.dimension += 2;
+        self.sampler.pair(self.pixel, self.index, self.dimension - 2)
+    }
+}
+
+/// The largest number below one.
+pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// A well mixed 64-bit hash of a 64-bit number (the finaliser of SplitMix64; Steele, Lea and Flood 2014).
+pub fn mix64(mut z: u64) -> u64 {
+    z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// The top 24 bits of `bits` as a number in [0,1).
+pub fn unit_f32(bits: u32) -> f32 {
+    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// A point of the unit disk, uniform, by the concentric map (Shirley and Chiu 1997).
+pub fn concentric_disk(u: Vec2) -> Vec2 {
+    let o = 2.0 * u - 1.0;
+    if o == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (r, theta) =
+        if o.x.abs() > o.y.abs() { (o.x, FRAC_PI_4 * (o.y / o.x)) } else { (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y)) };
+    r * Vec2::new(theta.cos(), theta.sin())
+}
+
+/// A direction of the hemisphere z > 0 with density cos(theta)/pi.
+pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
+    let d = concentric_disk(u);
+    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
+}
+
+/// A direction of the hemisphere z >= 0 with density 1/(2 pi).
+pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
+    let z = u.x;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Barycentric coordinates (of the second and third vertex) of a point of a triangle, uniform by area (Heitz 2019).
+pub fn uniform_triangle(u: Vec2) -> Vec2 {
+    if u.x < u.y {
+        let b0 = u.x / 2.0;
+        Vec2::new(b0, u.y - b0)
+    } else {
+        let b1 = u.y / 2.0;
+        Vec2::new(u.x - b1, b1)
+    }
+}
+
+/// The balance heuristic's weight of a sample drawn with density `f` where the other technique has density `g`.
+pub fn balance_heuristic(f: f32, g: f32) -> f32 {
+    if f.is_infinite() { 1.0 } else { f / (f + g) }
+}
+
+/// A discrete distribution over indices, sampled by bisection of its cumulative sum.
+#[derive(Clone, Debug, Default)]
+pub struct Discrete {
+    cumulative: Vec<f64>,
+}
+
+impl Discrete {
+    /// A distribution proportional to `weights`, which are finite and not negative.
+    pub fn new(weights: impl IntoIterator<Item = f64>) -> Self {
+        let mut sum = 0.0;
+        let cumulative = weights
+            .into_iter()
+            .map(|w| {
+                sum += w;
+                sum
+            })
+            .collect();
+        Self { cumulative }
+    }
+
+    /// The sum of the weights.
+    pub fn total(&self) -> f64 {
+        self.cumulative.last().copied().unwrap_or(0.0)
+    }
+
+    /// Probability of index `i`.
+    pub fn probability(&self, i: usize) -> f64 {
+        let before = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
+        (self.cumulative[i] - before) / self.total()
+    }
+
+    /// Draws an index and rescales `u` in [0,1) to a fresh number in [0,1). `None` if all weights are zero.
+    pub fn sample(&self, u: f32) -> Option<(usize, f32)> {
+        let total = self.total();
+        if total <= 0.0 {
+            return None;
+        }
+        let x = f64::from(u) * total;
+        let i = self.cumulative.partition_point(|c| *c <= x).min(self.cumulative.len() - 1);
+        let before = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
+        let rest = ((x - before) / (self.cumulative[i] - before)) as f32;
+        Some((i, rest.clamp(0.0, ONE_MINUS_EPSILON)))
+    }
+}

@@ -1,0 +1,223 @@
+//! Spectra and the few wavelengths of them that one path carries.
+//!
+//! A path samples [`N_LAMBDA`] wavelengths over the film's range ("hero" sampling: one random number places all of them,
+//! equally spaced in probability; Wilkie et al. 2014, "Hero Wavelength Spectral Sampling"). Wavelengths are in nanometres
+//! throughout.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Sub};
+
+/// Wavelengths carried by one path.
+pub const N_LAMBDA: usize = 4;
+
+/// A function of wavelength [nm]: a reflectance, a spectral radiance, a refractive index, ...
+pub trait Spectrum: Send + Sync + Debug {
+    /// The value at one wavelength [nm], which may lie outside the data and outside the film's range.
+    fn at(&self, lambda_nm: f32) -> f32;
+
+    /// An upper bound of the value over `lo..=hi` [nm].
+    fn max(&self, lo: f32, hi: f32) -> f32;
+
+    /// The values at all wavelengths of a path.
+    fn sample(&self, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
+        SampledSpectrum(lambda_nm.map(|l| self.at(l)))
+    }
+
+    /// Whether the value is the same at all wavelengths; a refractive index that is not disperses.
+    fn is_constant(&self) -> bool {
+        false
+    }
+}
+
+/// What a spectrum is used for. It decides how an `rgb` is raised to a spectrum and what is out of range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpectrumRole {
+    /// A reflectance or transmittance: between 0 and 1; `rgb` by smooth upsampling.
+    Reflectance,
+    /// Emitted light: not negative; `rgb` by upsampling times the illuminant D65.
+    Emission,
+    /// Any non-negative number, such as a refractive index.
+    Unbounded,
+}
+
+/// Values at the wavelengths of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct SampledSpectrum(pub [f32; N_LAMBDA]);
+
+impl SampledSpectrum {
+    /// All zero.
+    pub const ZERO: Self = Self([0.0; N_LAMBDA]);
+    /// All one.
+    pub const ONE: Self = Self([1.0; N_LAMBDA]);
+
+    /// The same value at all wavelengths.
+    pub fn splat(value: f32) -> Self {
+        Self([value; N_LAMBDA])
+    }
+
+    /// Applies `f` to every value.
+    pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
+        Self(self.0.map(f))
+    }
+
+    /// Joins two spectra value by value.
+    pub fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+
+    /// The largest value.
+    pub fn max(self) -> f32 {
+        self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
+    }
+
+    /// The mean of the values.
+    pub fn mean(self) -> f32 {
+        self.0.into_iter().sum::<f32>() / N_LAMBDA as f32
+    }
+
+    /// Whether every value is zero.
+    pub fn is_zero(self) -> bool {
+        self.0.into_iter().all(|v| v == 0.0)
+    }
+
+    /// Whether every value is finite.
+    pub fn is_finite(self) -> bool {
+        self.0.into_iter().all(f32::is_finite)
+    }
+}
+
+impl Add for SampledSpectrum {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        self.zip(o, |a, b| a + b)
+    }
+}
+
+impl AddAssign for SampledSpectrum {
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl Sub for SampledSpectrum {
+    type Output = Self;
+    fn sub(self, o: Self) -> Self {
+        self.zip(o, |a, b| a - b)
+    }
+}
+
+impl Mul for SampledSpectrum {
+    type Output = Self;
+    fn mul(self, o: Self) -> Self {
+        self.zip(o, |a, b| a * b)
+    }
+}
+
+impl MulAssign for SampledSpectrum {
+    fn mul_assign(&mut self, o: Self) {
+        *self = *self * o;
+    }
+}
+
+impl Mul<f32> for SampledSpectrum {
+    type Output = Self;
+    fn mul(self, s: f32) -> Self {
+        self.map(|v| v * s)
+    }
+}
+
+impl MulAssign<f32> for SampledSpectrum {
+    fn mul_assign(&mut self, s: f32) {
+        *self = *self * s;
+    }
+}
+
+impl Div<f32> for SampledSpectrum {
+    type Output = Self;
+    fn div(self, s: f32) -> Self {
+        self.map(|v| v / s)
+    }
+}
+
+impl Index<usize> for SampledSpectrum {
+    type Output = f32;
+    fn index(&self, i: usize) -> &f32 {
+        &self.0[i]
+    }
+}
+
+impl IndexMut<usize> for SampledSpectrum {
+    fn index_mut(&mut self, i: usize) -> &mut f32 {
+        &mut self.0[i]
+    }
+}
+
+/// The wavelengths of one path, as the film sees them, with the density they were drawn from.
+///
+/// They are the wavelengths *at the camera*. What a surface sees is [`SampledWavelengths::at`] its own place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampledWavelengths {
+    /// Wavelengths at the camera [nm].
+    pub lambda_nm: [f32; N_LAMBDA],
+    /// Probability density of each [1/nm]; zero for a wavelength that the path has dropped.
+    pub pdf: [f32; N_LAMBDA],
+}
+
+impl SampledWavelengths {
+    /// Draws wavelengths over `lo..=hi` [nm] with a density that follows the eye's sensitivity, from one number `u` in [0,1).
+    ///
+    /// Density proportional to `1/cosh^2(0.0072 (lambda - 538 nm))`, renormalised to the range (as in pbrt-v4, after
+    /// Radziszewski et al. 2009, "An Improved Technique for Full Spectral Rendering"). Nowhere zero, so unbiased for any film.
+    pub fn visible(u: f32, lo: f32, hi: f32) -> Self {
+        const A: f32 = 0.0072;
+        const CENTRE: f32 = 538.0;
+        let (t_lo, t_hi) = ((A * (lo - CENTRE)).tanh(), (A * (hi - CENTRE)).tanh());
+        let lambda_nm = std::array::from_fn(|i| {
+            let v = (u + i as f32 / N_LAMBDA as f32).fract();
+            let t = t_lo + v * (t_hi - t_lo);
+            (CENTRE + t.atanh() / A).clamp(lo, hi)
+        });
+        let pdf = lambda_nm.map(|l| {
+            let c = (A * (l - CENTRE)).cosh();
+            A / (c * c * (t_hi - t_lo))
+        });
+        Self { lambda_nm, pdf }
+    }
+
+    /// The wavelengths as an observer sees them whose `shift` is the ratio of local to camera wavelength.
+    pub fn at(&self, shift: f32) -> [f32; N_LAMBDA] {
+        self.lambda_nm.map(|l| l * shift)
+    }
+
+    /// Drops all wavelengths but the first, because the path now depends on it alone (dispersion).
+    pub fn drop_secondary(&mut self) {
+        if self.pdf[1..].iter().all(|p| *p == 0.0) {
+            return;
+        }
+        self.pdf[0] /= N_LAMBDA as f32;
+        self.pdf[1..].fill(0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn visible_wavelengths_stay_in_range_and_integrate_to_one() {
+        for (lo, hi) in [(360.0, 830.0), (400.0, 700.0), (500.0, 510.0)] {
+            let n = 4096;
+            let mut inverse_density = 0.0f64;
+            for i in 0..n {
+                let w = SampledWavelengths::visible((i as f32 + 0.5) / n as f32, lo, hi);
+                for k in 0..N_LAMBDA {
+                    assert!(w.lambda_nm[k] >= lo && w.lambda_nm[k] <= hi);
+                    inverse_density += 1.0 / f64::from(w.pdf[k]);
+                }
+            }
+            // The mean of 1/pdf is the length of the range.
+            let length = inverse_density / (n * N_LAMBDA) as f64;
+            assert!((length / f64::from(hi - lo) - 1.0).abs() < 1e-3, "{length}");
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! Light transport: what pbrt calls an integrator.
+
+use crate::integrator::Ray;
+use crate::sampling::SampleStream;
+use crate::scene::Scene;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stats::TraceLog;
+
+/// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.
+pub trait LightTransport: Send + Sync {
+    /// Spectral radiance seen by the camera along `ray` (chart), at the wavelengths `lambda` of the camera.
+    fn radiance(
+        &self,
+        scene: &Scene,
+        ray: Ray,
+        lambda: &mut SampledWavelengths,
+        stream: &mut SampleStream,
+        log: &mut TraceLog,
+    ) -> SampledSpectrum;
+}

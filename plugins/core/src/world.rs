@@ -1,0 +1,89 @@
+//! What light moves through: geometry, the intersector over it, and the hole. The part of a scene that integrators see.
+
+use crate::blackhole::BlackHole;
+use crate::geometry::{Aabb, Geometry, Segment, SurfaceGeometry};
+use crate::integrator::{Ray, SurfaceHit};
+use crate::intersector::{Intersector, PrimitiveHit};
+use glam::{DVec2, DVec3};
+
+/// Geometry with its intersector, in render space.
+pub struct World {
+    /// All surfaces; indices are those of the intersector's answers.
+    pub geometries: Vec<Geometry>,
+    /// Finds the first surface along a segment.
+    pub intersector: Box<dyn Intersector>,
+    /// A box around all surfaces; empty without any.
+    pub bounds: Aabb,
+    /// The hole, center in render space.
+    pub hole: Option<BlackHole>,
+    /// World position of render space's origin.
+    pub origin: DVec3,
+}
+
+/// A hit in full precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located {
+    /// Parameter of the segment.
+    pub t: f64,
+    /// The point.
+    pub point: DVec3,
+    /// Weights of the triangle's second and third corner.
+    pub barycentric: DVec2,
+}
+
+/// Relative size of the step off a surface: some 16 rounding errors of the single precision in which meshes are traced.
+const OFFSET: f64 = 16.0 * f32::EPSILON as f64;
+
+impl World {
+    /// Refines an intersector's answer in double precision: the point of the segment on the triangle's plane, or the
+    /// answer itself on an analytic surface (which is exact already).
+    pub fn locate(&self, segment: &Segment, hit: &PrimitiveHit) -> Located {
+        let Geometry::Mesh(mesh) = &self.geometries[hit.geometry as usize] else {
+            return Located { t: hit.t, point: segment.at(hit.t), barycentric: DVec2::ZERO };
+        };
+        // Moeller and Trumbore 1997, with the coordinates clamped to the triangle: the intersector has decided that it is hit.
+        let [a, b, c] = mesh.corners(hit.primitive);
+        let (ab, ac) = (b - a, c - a);
+        let n = ab.cross(ac);
+        let across = n.dot(segment.direction);
+        let t = n.dot(a - segment.origin) / across;
+        // A ray within the plane has no better parameter than the one found.
+        let t = if t.is_finite() && (t - hit.t).abs() <= 1e-3 * hit.t.abs().max(segment.direction.length_recip() * ab.length()) {
+            t
+        } else {
+            hit.t
+        };
+        let ap = segment.at(t) - a;
+        let nn = n.length_squared();
+        let u = (n.dot(ap.cross(ac)) / nn).clamp(0.0, 1.0);
+        let v = (n.dot(ab.cross(ap)) / nn).clamp(0.0, 1.0 - u);
+        Located { t, point: a + ab * u + ac * v, barycentric: DVec2::new(u, v) }
+    }
+
+    /// The surface around a hit.
+    pub fn surface(&self, hit: &SurfaceHit) -> SurfaceGeometry {
+        match &self.geometries[hit.geometry as usize] {
+            Geometry::Mesh(mesh) => mesh.surface(hit.primitive, hit.barycentric),
+            Geometry::Analytic(surface) => surface.surface(hit.point),
+        }
+    }
+
+    /// A ray that leaves the surface point `hit` in the chart direction `direction`, moved off the surface far enough for
+    /// single precision not to find that surface again.
+    ///
+    /// The start lies on the side of the (geometric, chart) normal that the direction points to, and half that far back
+    /// along the direction, so that rounding cannot carry it through a wall that meets the surface nearby.
+    pub fn spawn(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3) -> Ray {
+        let extent = match &self.geometries[hit.geometry as usize] {
+            // Rounding grows with the coordinates of the corners, not only with those of the point.
+            Geometry::Mesh(mesh) => mesh.corners(hit.primitive).into_iter().fold(0.0f64, |m, c| m.max(c.abs().max_element())),
+            Geometry::Analytic(surface) => {
+                let b = surface.bounds();
+                b.min.abs().max(b.max.abs()).max_element()
+            }
+        };
+        let offset = OFFSET * extent;
+        let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
+        Ray { origin: hit.point + side * offset - direction * (0.5 * offset), direction }
+    }
+}
