@@ -1,1 +1,14 @@
-//! cameras
+//! Cameras. One file, one plugin.
+
+mod perspective;
+
+use bhs_core::Plugin;
+use bhs_core::camera::Camera;
+
+/// All cameras, by name.
+pub const ALL: &[Plugin<dyn Camera>] = &[perspective::PLUGIN];
+
+#[cfg(test)]
+mod tests {
+    bhs_core::every_file_is_listed!([super::ALL], helpers: []);
+}

@@ -1,1 +1,75 @@
-//! samplers
+//! Samplers: numbers in [0,1) as a pure function of (seed, pixel, sample, dimension). One file, one plugin.
+
+mod independent;
+mod sobol;
+
+use bhs_core::Plugin;
+use bhs_core::params::Params;
+use bhs_core::sampling::{Sampler, mix64};
+
+/// All samplers, by name.
+pub const ALL: &[Plugin<dyn Sampler>] = &[independent::PLUGIN, sobol::PLUGIN];
+
+/// What all samplers take: the number of samples, and the seed of the render.
+fn pixel_samples_and_seed(p: &Params) -> (u32, u64) {
+    let samples = p.get_in("pixelsamples", 16, 1..=1_000_000_000, "", "samples per pixel");
+    (samples as u32, p.context().seed)
+}
+
+/// A seed for one dimension of one pixel.
+fn hash(seed: u64, pixel: [u32; 2], dimension: u32) -> u64 {
+    mix64(mix64(seed ^ (u64::from(pixel[0]) << 32 | u64::from(pixel[1]))) ^ u64::from(dimension))
+}
+
+#[cfg(test)]
+mod tests {
+    use bhs_core::sampling::Sampler;
+
+    bhs_core::every_file_is_listed!([super::ALL], helpers: []);
+
+    fn samplers() -> [(&'static str, Box<dyn Sampler>); 2] {
+        [
+            ("independent", Box::new(super::independent::Independent { samples: 16, seed: 7 })),
+            ("sobol", Box::new(super::sobol::Sobol { samples: 16, seed: 7 })),
+        ]
+    }
+
+    #[test]
+    fn numbers_are_uniform_in_every_dimension_and_between_pixels() {
+        for (name, sampler) in samplers() {
+            for dimension in [0, 1, 5, 300, 1000] {
+                let (mut mean, mut square) = (0.0, 0.0);
+                let n = 4096;
+                for i in 0..n {
+                    // Over samples of one pixel in one half, over pixels in the other.
+                    let x = if i % 2 == 0 { sampler.number([3, 4], i, dimension) } else { sampler.number([i, 4], 0, dimension) };
+                    assert!((0.0..1.0).contains(&x), "{name}: {x}");
+                    mean += f64::from(x) / f64::from(n);
+                    square += f64::from(x * x) / f64::from(n);
+                }
+                assert!((mean - 0.5).abs() < 0.02 && (square - 1.0 / 3.0).abs() < 0.02, "{name} {dimension}: {mean} {square}");
+            }
+        }
+    }
+
+    #[test]
+    fn pairs_fill_the_square() {
+        for (name, sampler) in samplers() {
+            let mut cells = [0u32; 64];
+            for i in 0..4096 {
+                let p = sampler.pair([9, 2], i, 6);
+                cells[(p.x * 8.0) as usize * 8 + (p.y * 8.0) as usize] += 1;
+            }
+            let worst = cells.iter().map(|c| c.abs_diff(64)).max().unwrap_or(0);
+            // Sobol points fill the cells almost evenly, independent ones within 5 standard deviations.
+            let limit = if name == "sobol" { 2 } else { 40 };
+            assert!(worst <= limit, "{name}: {worst}");
+        }
+    }
+
+    #[test]
+    fn more_than_the_table_of_samples_still_differ() {
+        let sobol = super::sobol::Sobol { samples: 16, seed: 7 };
+        assert_ne!(sobol.number([1, 1], 0, 0), sobol.number([1, 1], 1 << 16, 0));
+    }
+}

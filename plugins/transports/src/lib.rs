@@ -1,1 +1,15 @@
-//! transports
+//! Light transport. One file, one plugin.
+
+mod hemisphere;
+mod path;
+
+use bhs_core::Plugin;
+use bhs_core::transport::LightTransport;
+
+/// All methods of light transport, by name.
+pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, path::PLUGIN];
+
+#[cfg(test)]
+mod tests {
+    bhs_core::every_file_is_listed!([super::ALL], helpers: []);
+}

@@ -1,0 +1,35 @@
+//! `box`: every point within the radius counts the same.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `xradius` | float | 0.5 | pixels | half width |
+//! | `yradius` | float | 0.5 | pixels | half height |
+//!
+//! ```bhs
+//! PixelFilter "box"
+//! WorldBegin
+//! ```
+
+use bhs_core::Plugin;
+use bhs_core::camera::Filter;
+use bhs_core::params::Params;
+use glam::Vec2;
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Filter> = Plugin { name: "box", summary: "every point within the radius counts the same", build };
+
+struct BoxFilter {
+    radius: Vec2,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Filter>> {
+    let x = p.get_in("xradius", 0.5, 1e-3..=64.0, "pixels", "half width") as f32;
+    let y = p.get_in("yradius", 0.5, 1e-3..=64.0, "pixels", "half height") as f32;
+    Some(Box::new(BoxFilter { radius: Vec2::new(x, y) }))
+}
+
+impl Filter for BoxFilter {
+    fn sample(&self, u: Vec2) -> (Vec2, f32) {
+        ((2.0 * u - 1.0) * self.radius, 1.0)
+    }
+}

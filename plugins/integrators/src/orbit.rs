@@ -1,0 +1,190 @@
+//! Light orbits around a Schwarzschild hole, stepped in the swept angle. Knows no surfaces.
+//!
+//! An orbit lies in the plane of the hole's centre, the ray's origin and its direction. There, with u(phi) = 1/r,
+//!
+//! `u'' = (3/2) rs u^2 - u`,  `u(0) = 1/r0`,  `u'(0) = -cot(alpha)/r0`
+//!
+//! where alpha is the chart angle between the direction and the outward radius (Aikawa, Zhou and Wang 2019, section 2).
+//! `u'` is carried from step to step: restarting from the direction of the previous chord would halve the bending.
+
+use glam::DVec3;
+use std::ops::{Add, Mul, Sub};
+
+/// The plane of an orbit: positions and directions from (u, u', phi).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrbitPlane {
+    /// The hole's centre.
+    pub center: DVec3,
+    /// Unit vector from the centre to the ray's origin: phi = 0.
+    pub e1: DVec3,
+    /// Unit vector across it on the side that the ray moves to: phi = 90 degrees.
+    pub e2: DVec3,
+}
+
+/// A place on an orbit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Angle swept since the start [rad].
+    pub phi: f64,
+    /// 1/r.
+    pub u: f64,
+    /// du/dphi.
+    pub du: f64,
+}
+
+/// Least sine of the angle between a ray and the radius. A radial ray sweeps no angle at all; this close to it, the orbit
+/// is a radial line to far below rounding, and the same equations serve.
+const LEAST_SINE: f64 = 1e-30;
+
+impl OrbitPlane {
+    /// The plane and the initial state of a ray with unit chart direction; `origin` is not the centre.
+    pub fn of_ray(center: DVec3, origin: DVec3, direction: DVec3) -> (Self, State) {
+        let from_center = origin - center;
+        let r0 = from_center.length();
+        let e1 = from_center / r0;
+        let cos = direction.dot(e1);
+        // Twice is enough (Kahan): the second projection removes what rounding left of the radial part.
+        let across = direction - e1 * cos;
+        let across = across - e1 * across.dot(e1);
+        let length = across.length();
+        let e2 = if length > LEAST_SINE { across / length } else { e1.any_orthonormal_vector() };
+        let sin = length.max(LEAST_SINE);
+        (Self { center, e1, e2 }, State { phi: 0.0, u: 1.0 / r0, du: -cos / (sin * r0) })
+    }
+
+    /// Unit vector from the centre at the angle `phi`.
+    pub fn radial(&self, phi: f64) -> DVec3 {
+        let (sin, cos) = phi.sin_cos();
+        self.e1 * cos + self.e2 * sin
+    }
+
+    /// The point of a state with u > 0.
+    pub fn point(&self, s: &State) -> DVec3 {
+        self.center + self.radial(s.phi) / s.u
+    }
+
+    /// The unit chart tangent of a state, along the way of the ray: proportional to `-u' e_r + u e_phi`.
+    pub fn direction(&self, s: &State) -> DVec3 {
+        let (sin, cos) = s.phi.sin_cos();
+        let e_r = self.e1 * cos + self.e2 * sin;
+        let e_phi = self.e2 * cos - self.e1 * sin;
+        (e_phi * s.u - e_r * s.du).normalize()
+    }
+}
+
+/// One step of the classic fourth-order Runge-Kutta method for the orbit equation: (u, u') after the angle `h`.
+/// Generic over the number type, so that lanes of several orbits can be stepped together.
+pub fn rk4<F>(rs: F, u: F, du: F, h: F) -> (F, F)
+where
+    F: Copy + Add<Output = F> + Sub<Output = F> + Mul<Output = F> + From<f64>,
+{
+    let force = |u: F| F::from(1.5) * rs * u * u - u;
+    let (half, sixth, two) = (F::from(0.5) * h, F::from(1.0 / 6.0) * h, F::from(2.0));
+    let (k1u, k1v) = (du, force(u));
+    let (k2u, k2v) = (du + half * k1v, force(u + half * k1u));
+    let (k3u, k3v) = (du + half * k2v, force(u + half * k2u));
+    let (k4u, k4v) = (du + h * k3v, force(u + h * k3u));
+    (u + sixth * (k1u + two * (k2u + k3u) + k4u), du + sixth * (k1v + two * (k2v + k3v) + k4v))
+}
+
+/// A stretch of an orbit between two states, with dense output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Schwarzschild radius.
+    pub rs: f64,
+    /// Where it begins.
+    pub start: State,
+    /// Where it ends.
+    pub end: State,
+}
+
+impl Step {
+    /// The state at the angle `phi` within the step: the quintic that has u, u' and u'' in common with the orbit at both
+    /// ends (order 6, above that of the steps).
+    pub fn at(&self, phi: f64) -> State {
+        let h = self.end.phi - self.start.phi;
+        let t = (phi - self.start.phi) / h;
+        let force = |u: f64| (1.5 * self.rs * u - 1.0) * u;
+        let (u0, u1) = (self.start.u, self.end.u);
+        let (v0, v1) = (self.start.du * h, self.end.du * h);
+        let (a0, a1) = (force(u0) * h * h, force(u1) * h * h);
+        let rise = u1 - u0;
+        let c3 = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1;
+        let c4 = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1;
+        let c5 = 6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (a0 - a1);
+        let u = u0 + t * (v0 + t * (0.5 * a0 + t * (c3 + t * (c4 + t * c5))));
+        let v = v0 + t * (a0 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)));
+        State { phi, u, du: v / h }
+    }
+
+    /// The first state at which u passes `target`, which lies between the values at the ends (bisection with Newton steps).
+    pub fn crossing(&self, target: f64) -> State {
+        let rising = self.end.u > self.start.u;
+        let (mut lo, mut hi) = (self.start.phi, self.end.phi);
+        let mut s = self.at(0.5 * (lo + hi));
+        for _ in 0..60 {
+            if (s.u < target) == rising { lo = s.phi } else { hi = s.phi }
+            let newton = s.phi - (s.u - target) / s.du;
+            let phi = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
+            if phi == s.phi || hi - lo <= f64::EPSILON * hi.abs() {
+                break;
+            }
+            s = self.at(phi);
+        }
+        State { u: target, ..s }
+    }
+
+    /// The step cut short at `end`, one of its own states.
+    pub fn until(&self, end: State) -> Step {
+        Step { end, ..*self }
+    }
+}
+
+/// How an orbit goes on after a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It can be stepped further.
+    Underway,
+    /// The step ends at infinity, u = 0.
+    Escaped,
+    /// The step ends on the horizon, u = 1/rs.
+    Captured,
+}
+
+/// An orbit stepped by [`rk4`] with a fixed angle; the last step is cut at infinity or at the horizon.
+#[derive(Clone, Copy, Debug)]
+pub struct Rk4Orbit {
+    /// Schwarzschild radius.
+    pub rs: f64,
+    /// Angle of a step [rad].
+    pub step: f64,
+    /// Where the orbit is.
+    pub state: State,
+}
+
+/// How far a step may overshoot the end of the orbit, relative to the distance to it if u' stayed as it is. A near-radial ray
+/// reaches the horizon or infinity within far less than a fixed angle, and must not be thrown to u = 1e12 by it.
+const OVERSHOOT: f64 = 1.5;
+
+impl Rk4Orbit {
+    /// Takes one step and says how the orbit goes on. Not to be called after the orbit has ended.
+    pub fn advance(&mut self) -> (Step, Fate) {
+        let State { phi, u, du } = self.state;
+        let horizon = 1.0 / self.rs;
+        let room = if du > 0.0 { (horizon - u) / du } else { -u / du };
+        let h = if room > 0.0 { self.step.min(OVERSHOOT * room) } else { self.step };
+        let (u1, du1) = rk4(self.rs, u, du, h);
+        let mut step = Step { rs: self.rs, start: self.state, end: State { phi: phi + h, u: u1, du: du1 } };
+        let fate = if u1 >= horizon {
+            step = step.until(step.crossing(horizon));
+            Fate::Captured
+        } else if u1 <= 0.0 {
+            step = step.until(step.crossing(0.0));
+            Fate::Escaped
+        } else {
+            Fate::Underway
+        };
+        self.state = step.end;
+        (step, fate)
+    }
+}

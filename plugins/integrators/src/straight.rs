@@ -1,0 +1,86 @@
+//! `straight`: light in flat space.
+//!
+//! One straight line a ray, one question to the intersector. Ignores a hole. The default in a scene without one, and what
+//! `rs 0` means under any integrator.
+//!
+//! It takes no parameters.
+//!
+//! ```bhs
+//! Integrator "straight"
+//! ```
+
+use bhs_core::Plugin;
+use bhs_core::blackhole::Observer;
+use bhs_core::geometry::Segment;
+use bhs_core::integrator::{Arrival, Connection, Connections, Integrator, Ray, SurfaceHit};
+use bhs_core::stats::TraceLog;
+use bhs_core::world::World;
+use glam::DVec3;
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Integrator> =
+    Plugin { name: "straight", summary: "straight lines, ignoring any hole", build: |_| Some(Box::new(Straight)) };
+
+/// Light in flat space.
+pub struct Straight;
+
+/// How close to its end a shadow ray stops, relative to its length: the surface at the end must not shadow itself.
+const SHADOW_END: f64 = 1.0 - 64.0 * f32::EPSILON as f64;
+
+impl Integrator for Straight {
+    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
+        log.counters.geodesics += 1;
+        log.counters.queries += 1;
+        log.phi = 0.0;
+        log.point(ray.origin);
+        let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
+        let Some(hit) = world.intersector.closest(&segment) else {
+            log.counters.escaped += 1;
+            return Arrival::Sky(ray.direction);
+        };
+        log.counters.hit += 1;
+        let located = world.locate(&segment, &hit);
+        log.point(located.point);
+        Arrival::Surface(SurfaceHit {
+            point: located.point,
+            direction: ray.direction,
+            geometry: hit.geometry,
+            primitive: hit.primitive,
+            barycentric: located.barycentric,
+        })
+    }
+
+    fn observer(&self, _: &World, _: DVec3) -> Option<Observer> {
+        Some(Observer::FLAT)
+    }
+
+    fn connections(&self) -> Option<&dyn Connections> {
+        Some(self)
+    }
+
+    fn is_curved(&self) -> bool {
+        false
+    }
+}
+
+impl Connections for Straight {
+    fn images(&self) -> u32 {
+        1
+    }
+
+    fn connect(&self, _: &World, x: DVec3, y: DVec3, _: u32) -> Option<Connection> {
+        let way = y - x;
+        let direction = way.try_normalize()?;
+        Some(Connection { launch: direction, arrival: direction, spread: way.length_squared() })
+    }
+
+    fn spread(&self, _: &World, ray: &Ray, hit: &SurfaceHit) -> f64 {
+        (hit.point - ray.origin).length_squared()
+    }
+
+    fn visible(&self, world: &World, start: &Ray, y: DVec3, _: &Connection, log: &mut TraceLog) -> bool {
+        log.counters.queries += 1;
+        let segment = Segment { origin: start.origin, direction: y - start.origin, t_min: 0.0, t_max: SHADOW_END };
+        !world.intersector.blocked(&segment)
+    }
+}

@@ -1,0 +1,38 @@
+//! `independent`: independent uniform numbers, from a hash of seed, pixel, sample and dimension.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `pixelsamples` | integer | 16 | | samples per pixel |
+//!
+//! ```bhs
+//! Sampler "independent" "integer pixelsamples" 64
+//! WorldBegin
+//! ```
+
+use crate::{hash, pixel_samples_and_seed};
+use bhs_core::Plugin;
+use bhs_core::params::Params;
+use bhs_core::sampling::{Sampler, mix64, unit_f32};
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Sampler> = Plugin { name: "independent", summary: "independent uniform numbers", build };
+
+pub(crate) struct Independent {
+    pub samples: u32,
+    pub seed: u64,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Sampler>> {
+    let (samples, seed) = pixel_samples_and_seed(p);
+    Some(Box::new(Independent { samples, seed }))
+}
+
+impl Sampler for Independent {
+    fn number(&self, pixel: [u32; 2], index: u32, dimension: u32) -> f32 {
+        unit_f32((mix64(hash(self.seed, pixel, dimension) ^ (u64::from(index) << 32)) >> 32) as u32)
+    }
+
+    fn samples_per_pixel(&self) -> u32 {
+        self.samples
+    }
+}

@@ -1,0 +1,51 @@
+//! `sobol`: Owen-scrambled Sobol points, another scrambling for each pixel.
+//!
+//! Samples of one pixel are well distributed in each dimension and over each set of four dimensions that begins at a multiple
+//! of four; sets are independent of one another, and so are pixels (Burley 2020, "Practical Hash-based Owen Scrambling").
+//! Best with a power of two of samples.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `pixelsamples` | integer | 16 | | samples per pixel |
+//!
+//! ```bhs
+//! Sampler "sobol" "integer pixelsamples" 64
+//! WorldBegin
+//! ```
+
+use crate::{hash, pixel_samples_and_seed};
+use bhs_core::Plugin;
+use bhs_core::params::Params;
+use bhs_core::sampling::{ONE_MINUS_EPSILON, Sampler};
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Sampler> =
+    Plugin { name: "sobol", summary: "Owen-scrambled Sobol points, another scrambling for each pixel", build };
+
+/// Points of one sequence; beyond, the next sequence begins.
+const SEQUENCE: u32 = 1 << 16;
+
+/// Dimensions that are well distributed together.
+const SET: u32 = 4;
+
+pub(crate) struct Sobol {
+    pub samples: u32,
+    pub seed: u64,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Sampler>> {
+    let (samples, seed) = pixel_samples_and_seed(p);
+    Some(Box::new(Sobol { samples, seed }))
+}
+
+impl Sampler for Sobol {
+    fn number(&self, pixel: [u32; 2], index: u32, dimension: u32) -> f32 {
+        // Sets of dimensions are padded: each is the same four-dimensional sequence, shuffled and scrambled by another seed.
+        let seed = hash(self.seed ^ u64::from(index / SEQUENCE), pixel, dimension / SET);
+        sobol_burley::sample(index % SEQUENCE, dimension % SET, seed as u32).min(ONE_MINUS_EPSILON)
+    }
+
+    fn samples_per_pixel(&self) -> u32 {
+        self.samples
+    }
+}

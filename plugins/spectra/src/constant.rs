@@ -1,0 +1,46 @@
+//! `constant`: the same value at all wavelengths.
+//!
+//! A reflectance lies between 0 and 1, emission and other values are not negative.
+//!
+//! | values | type | unit | meaning |
+//! |---|---|---|---|
+//! | one number | `float` or `spectrum` | that of the parameter | the value |
+//!
+//! ```bhs
+//! Material "diffuse" "spectrum reflectance" 0.5
+//! ```
+
+use crate::{Built, SpectrumPlugin, check_role, numbers, wrong_value};
+use bhs_core::params::Context;
+use bhs_core::spectrum::{Spectrum, SpectrumRole};
+use bhs_core::value::Param;
+use std::sync::Arc;
+
+/// The entry in the list of plugins.
+pub const PLUGIN: SpectrumPlugin = SpectrumPlugin { name: "constant", summary: "the same value at all wavelengths", build };
+
+/// The same value at all wavelengths.
+#[derive(Debug)]
+pub struct Constant(pub f32);
+
+fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
+    let [value] = numbers(param) else {
+        return Err(vec![wrong_value(param, "one number")]);
+    };
+    check_role(param, param.span, role, [(*value, String::new())])?;
+    Ok(Arc::new(Constant(*value as f32)))
+}
+
+impl Spectrum for Constant {
+    fn at(&self, _: f32) -> f32 {
+        self.0
+    }
+
+    fn max(&self, _: f32, _: f32) -> f32 {
+        self.0
+    }
+
+    fn is_constant(&self) -> bool {
+        true
+    }
+}

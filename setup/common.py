@@ -1,0 +1,145 @@
+"""What setup.py and meshes.py share: paths, messages, running programs, wheels from PyPI, one set-up at a time."""
+
+import fcntl
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+SETUP = ROOT / "setup"
+DEPS = ROOT / ".deps"  # everything that is installed here; git ignores it
+
+
+class Failure(Exception):
+    """Something is missing that the set-up cannot get; the text says what, and how the user gets it."""
+
+
+def say(text):
+    """One line of progress, on stderr so that the program's own output stays clean."""
+    print("bhs set-up: " + text, file=sys.stderr, flush=True)
+
+
+def run_main(main):
+    """Runs `main` alone on this checkout; a Failure becomes a message and exit status 1."""
+    try:
+        with locked():
+            main()
+    except Failure as failure:
+        sys.exit("bhs set-up: %s" % failure)
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+@contextmanager
+def locked():
+    """Holds .deps/lock, so that two set-ups started at once take turns, and clears what an interrupted one left."""
+    DEPS.mkdir(exist_ok=True)
+    with open(DEPS / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for leftover in DEPS.glob("tmp-*"):
+            shutil.rmtree(leftover, ignore_errors=True)
+        yield
+
+
+@contextmanager
+def scratch():
+    """A temporary folder on the same file system as .deps, so that finished things can be renamed into place."""
+    with tempfile.TemporaryDirectory(prefix="tmp-", dir=DEPS) as folder:
+        yield Path(folder)
+
+
+def write_whole(path, data):
+    """Writes a file so that it is never seen half-written, and only when its content changes."""
+    if path.is_file() and path.read_bytes() == data:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name("." + path.name + ".part")
+    part.write_bytes(data)
+    os.replace(part, path)
+
+
+def output(command, **options):
+    """A program's standard output, or None when it is absent or fails."""
+    try:
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, **options)
+    except OSError:
+        return None
+    return done.stdout.decode(errors="replace").strip() if done.returncode == 0 else None
+
+
+def last_lines(text, count=3):
+    """The end of a program's error output, indented, for a message."""
+    lines = [line for line in text.decode(errors="replace").splitlines() if line.strip()]
+    return "\n".join("      " + line[:300] for line in lines[-count:])
+
+
+def pip():
+    """The command that starts pip. A pip of another Python will do: wheels are only downloaded, never installed."""
+    if importlib.util.find_spec("pip"):
+        return [sys.executable, "-m", "pip"]
+    for name in ("pip3", "pip"):
+        if shutil.which(name):
+            return [name]
+    raise Failure(
+        "pip is missing; it downloads what this machine's own packages lack.\n"
+        "    Debian, Ubuntu: apt install python3-pip      Fedora: dnf install python3-pip      Arch: pacman -S python-pip\n"
+        "    anywhere: python3 -m ensurepip --user"
+    )
+
+
+def requirement(name):
+    """(package, version) pinned in setup/<name>.txt."""
+    for line in (SETUP / (name + ".txt")).read_text().splitlines():
+        if "==" in line and not line.startswith("#"):
+            package, version = line.split()[0].split("==")
+            return package, version
+    raise Failure("setup/%s.txt pins nothing" % name)
+
+
+def install_wheel(name, keep, options=(), instead=""):
+    """Downloads the wheel pinned in setup/<name>.txt and unpacks it; returns the folder, which exists only when whole.
+
+    `keep` maps a path in the wheel to one in the folder, or to None for what is not wanted. pip checks the hash.
+    `options` are more options for `pip download`; `instead` says what a user without network can do.
+    """
+    package, version = requirement(name)
+    folder = DEPS / ("%s-%s" % (name, version))
+    if folder.is_dir():
+        return folder
+    say("fetching %s %s from PyPI ..." % (package, version))
+    with scratch() as tmp:
+        command = ["download", "--quiet", "--disable-pip-version-check", "--no-input", "--retries", "2", "--timeout", "30"]
+        command += ["--no-deps", "--only-binary", ":all:", "--require-hashes", "--requirement", str(SETUP / (name + ".txt"))]
+        command += options
+        done = subprocess.run(pip() + command + ["--dest", str(tmp)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        wheels = list(tmp.glob("*.whl"))
+        if done.returncode != 0 or not wheels:
+            raise Failure(
+                "%s %s is missing and pip could not download it:\n%s\n%s\n"
+                "    without network: on a connected machine of the same kind run, in this folder,\n"
+                "      python3 -m pip %s --dest WHEELS\n"
+                "    copy the folder WHEELS here, and start again with PIP_FIND_LINKS=WHEELS set to its full path"
+                % (package, version, last_lines(done.stderr), instead, " ".join(command).replace(str(ROOT) + "/", ""))
+            )
+        unpack(wheels[0], tmp / "unpacked", keep)
+        (tmp / "unpacked").rename(folder)
+    return folder
+
+
+def unpack(wheel, folder, keep):
+    """Unpacks the members of a wheel that `keep` names; programs stay executable."""
+    with zipfile.ZipFile(wheel) as archive:
+        for member in archive.infolist():
+            wanted = None if member.is_dir() else keep(member.filename)
+            if wanted:
+                target = folder / wanted
+                target.parent.mkdir(parents=True, exist_ok=True)
+                with archive.open(member) as source, open(target, "wb") as sink:
+                    shutil.copyfileobj(source, sink)
+                target.chmod(0o755 if (member.external_attr >> 16) & 0o111 else 0o644)

@@ -1,0 +1,38 @@
+//! Build script of every package with executables that link Embree: tells Cargo where the library is.
+//!
+//! `setup/setup.py` writes the folder into `.cargo/config.toml` as `BHS_EMBREE_DIR`. Where the linker and the loader find
+//! Embree by themselves there is no such variable, and nothing to say here.
+//!
+//! Linking: the search path printed here reaches every package that depends on this one.
+//! Running under Cargo: `cargo run`, `cargo test`, `cargo bench` and documentation tests put search paths that lie inside the
+//! target folder on the loader's path, in every package; hence the links in `OUT_DIR`.
+//! Running without Cargo: the rpath, in this package's own executables.
+//! Flags in `.cargo/config.toml` would do all this too, but are lost whenever someone sets `RUSTFLAGS`.
+
+use std::os::unix::fs::symlink;
+use std::path::PathBuf;
+use std::{env, fs, io};
+
+fn main() -> io::Result<()> {
+    println!("cargo::rerun-if-env-changed=BHS_EMBREE_DIR");
+    let Some(embree) = env::var_os("BHS_EMBREE_DIR").map(PathBuf::from) else {
+        return Ok(());
+    };
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("Cargo sets OUT_DIR"));
+
+    for entry in fs::read_dir(&embree)? {
+        let name = entry?.file_name();
+        let text = name.to_string_lossy();
+        if text.starts_with("libembree4") || text.starts_with("libtbb") {
+            let link = out.join(&name);
+            if link.is_symlink() {
+                fs::remove_file(&link)?;
+            }
+            symlink(embree.join(&name), link)?;
+        }
+    }
+
+    println!("cargo::rustc-link-search=native={}", out.display());
+    println!("cargo::rustc-link-arg=-Wl,-rpath,{}", embree.display());
+    Ok(())
+}
