@@ -63,10 +63,7 @@ fn build(p: &Params) -> Option<Box<dyn Camera>> {
 impl Camera for Perspective {
     fn ray(&self, raster: DVec2, _: Vec2) -> CameraRay {
         let xy = self.corner + raster * self.per_pixel;
-        CameraRay {
-            origin: self.position(),
-            direction: self.render_from_camera.transform_vector3(xy.extend(1.0)).normalize(),
-        }
+        CameraRay { origin: self.position(), direction: self.render_from_camera.transform_vector3(xy.extend(1.0)).normalize() }
     }
 
     fn position(&self) -> DVec3 {

@@ -8,11 +8,8 @@ const FIRST_NM: f32 = 360.0;
 pub const Y_INTEGRAL: f64 = 106.856_895;
 
 /// Linear sRGB from XYZ (IEC 61966-2-1, D65 white; the rows are R, G, B).
-const SRGB_FROM_XYZ: [[f64; 3]; 3] = [
-    [3.240_479, -1.537_150, -0.498_535],
-    [-0.969_256, 1.875_991, 0.041_556],
-    [0.055_648, -0.204_043, 1.057_311],
-];
+const SRGB_FROM_XYZ: [[f64; 3]; 3] =
+    [[3.240_479, -1.537_150, -0.498_535], [-0.969_256, 1.875_991, 0.041_556], [0.055_648, -0.204_043, 1.057_311]];
 
 /// The colour matching functions in steps of 1 nm.
 pub struct Observer {

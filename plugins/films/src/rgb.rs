@@ -98,7 +98,11 @@ fn build(p: &Params) -> Option<Box<dyn Film>> {
             [at(x0, x), at(x1, x), at(y0, y), at(y1, y)]
         }
         _ => {
-            p.reject("cropwindow", "`cropwindow` expects 4 numbers", "x from, x to, y from, y to, between 0 and 1, from below to");
+            p.reject(
+                "cropwindow",
+                "`cropwindow` expects 4 numbers",
+                "x from, x to, y from, y to, between 0 and 1, from below to",
+            );
             [0, x, 0, y]
         }
     };

@@ -123,7 +123,11 @@ impl Step {
         let (mut lo, mut hi) = (self.start.phi, self.end.phi);
         let mut s = self.at(0.5 * (lo + hi));
         for _ in 0..60 {
-            if (s.u < target) == rising { lo = s.phi } else { hi = s.phi }
+            if (s.u < target) == rising {
+                lo = s.phi
+            } else {
+                hi = s.phi
+            }
             let newton = s.phi - (s.u - target) / s.du;
             let phi = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
             if phi == s.phi || hi - lo <= f64::EPSILON * hi.abs() {

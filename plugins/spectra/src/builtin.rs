@@ -25,7 +25,7 @@ use crate::tabulated::{Outside, Tabulated, name_and_outside};
 use crate::{Built, SpectrumPlugin, check_role};
 use bhs_core::diagnostics::{Diagnostic, did_you_mean};
 use bhs_core::params::Context;
-use bhs_core::spectrum::{Spectrum, SpectrumRole};
+use bhs_core::spectrum::SpectrumRole;
 use bhs_core::value::Param;
 use std::sync::Arc;
 
@@ -146,6 +146,7 @@ fn sellmeier(glass: &str) -> Option<Sellmeier> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bhs_core::spectrum::Spectrum;
 
     #[test]
     fn every_table_is_whole() {

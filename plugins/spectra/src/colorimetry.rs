@@ -36,10 +36,8 @@ pub fn colorimetry() -> &'static Colorimetry {
         let scale = observer.iter().map(|[_, _, y, _]| y).sum::<f64>() / luminance;
         let d65 = Tabulated::new(&raw.iter().map(|(l, p)| (*l, p * scale)).collect::<Vec<_>>(), Outside::EndValue);
 
-        let mut weights: Vec<[f64; 3]> = observer
-            .iter()
-            .map(|[l, x, y, z]| srgb_from_xyz([*x, *y, *z]).map(|c| c * f64::from(d65.at(*l as f32))))
-            .collect();
+        let mut weights: Vec<[f64; 3]> =
+            observer.iter().map(|[l, x, y, z]| srgb_from_xyz([*x, *y, *z]).map(|c| c * f64::from(d65.at(*l as f32)))).collect();
         for c in 0..3 {
             let sum: f64 = weights.iter().map(|w| w[c]).sum();
             weights.iter_mut().for_each(|w| w[c] /= sum);

@@ -67,7 +67,10 @@ fn parse(bytes: &[u8]) -> Result<Vec<(usize, f64, f64)>, Vec<String>> {
         match point(&words) {
             Err(fault) => faults.push(format!("line {number}: {fault}")),
             Ok((l, _)) if points.last().is_some_and(|p| l <= p.1) => {
-                faults.push(format!("line {number}: {l} nm does not follow {} nm; wavelengths must increase", points[points.len() - 1].1));
+                faults.push(format!(
+                    "line {number}: {l} nm does not follow {} nm; wavelengths must increase",
+                    points[points.len() - 1].1
+                ));
             }
             Ok((l, v)) => points.push((number, l, v)),
         }

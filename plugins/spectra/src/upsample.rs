@@ -111,6 +111,7 @@ fn residual(c: DVec3, goal: DVec3) -> (DVec3, DMat3) {
 mod tests {
     use super::*;
     use crate::colorimetry::{srgb_from_xyz, tests::xyz};
+    use bhs_core::spectrum::Spectrum;
 
     fn colour_under_d65(s: &Sigmoid) -> [f64; 3] {
         srgb_from_xyz(xyz(|l| s.at(l) * colorimetry().d65.at(l)))

@@ -35,7 +35,8 @@ struct Path {
 
 fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
     let max_depth = p.get_in("maxdepth", 5, 0..=1_000_000, "bounces", "longest path") as u32;
-    let roulette_depth = p.get_in("rrdepth", 3, 0..=1_000_000, "bounces", "first bounce at which a path may end by roulette") as u32;
+    let roulette_depth =
+        p.get_in("rrdepth", 3, 0..=1_000_000, "bounces", "first bounce at which a path may end by roulette") as u32;
     Some(Box::new(Path { max_depth, roulette_depth }))
 }
 
@@ -105,10 +106,8 @@ impl LightTransport for Path {
                 break;
             }
             ray = vertex.spawn(&scene.world, sample.wi);
-            chosen = (!sample.specular).then(|| Chosen {
-                pdf: sample.pdf,
-                solid_angle_factor: vertex.observer.frame.solid_angle_factor(ray.direction),
-            });
+            chosen = (!sample.specular)
+                .then(|| Chosen { pdf: sample.pdf, solid_angle_factor: vertex.observer.frame.solid_angle_factor(ray.direction) });
 
             // ---- Russian roulette
             if depth >= self.roulette_depth {

@@ -1,0 +1,182 @@
+//! Pictures in memory, and their EXR and PNG files.
+
+use anyhow::{Context, Result, bail};
+use exr::prelude as exrs;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// A picture of any number of channels, 32-bit floats.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width and height [pixels].
+    pub size: [usize; 2],
+    /// Offset of the picture in the whole frame, and the frame's size [pixels].
+    pub frame: Frame,
+    /// Names of the channels.
+    pub channels: Vec<String>,
+    /// Values, row by row from the top, channels of a pixel together.
+    pub data: Vec<f32>,
+}
+
+/// Where a picture lies in its frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// Column and row of the picture's first pixel.
+    pub offset: [usize; 2],
+    /// Width and height of the frame.
+    pub size: [usize; 2],
+}
+
+/// What an EXR header says about how the picture was made.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Attribute {
+    /// Words.
+    Text(String),
+    /// A number.
+    Number(f64),
+}
+
+impl Picture {
+    /// The values of a pixel.
+    pub fn pixel(&self, x: usize, y: usize) -> &[f32] {
+        let n = self.channels.len();
+        &self.data[(y * self.size[0] + x) * n..][..n]
+    }
+
+    /// Writes the picture as 32-bit EXR.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_exr(&self, to: impl Write + std::io::Seek, attributes: &[(String, Attribute)]) -> Result<()> {
+        let n = self.channels.len();
+        let channels = self.channels.iter().enumerate().map(|(c, name)| {
+            let samples = self.data.iter().skip(c).step_by(n).copied().collect();
+            exrs::AnyChannel::new(name.as_str(), exrs::FlatSamples::F32(samples))
+        });
+        let channels = exrs::AnyChannels::sort(channels.collect());
+        let mut layer_attributes = exrs::LayerAttributes {
+            layer_position: exrs::Vec2(self.frame.offset[0] as i32, self.frame.offset[1] as i32),
+            software_name: Some(concat!("bhs ", env!("CARGO_PKG_VERSION")).into()),
+            ..Default::default()
+        };
+        for (name, value) in attributes {
+            let value = match value {
+                Attribute::Text(t) => exrs::AttributeValue::Text(t.as_str().into()),
+                Attribute::Number(x) => exrs::AttributeValue::F64(*x),
+            };
+            layer_attributes.other.insert(name.as_str().into(), value);
+        }
+        let size = exrs::Vec2(self.size[0], self.size[1]);
+        let layer = exrs::Layer::new(size, layer_attributes, exrs::Encoding::SMALL_LOSSLESS, channels);
+        let mut image = exrs::Image::from_layer(layer);
+        image.attributes.display_window =
+            exrs::IntegerBounds::from_dimensions(exrs::Vec2(self.frame.size[0], self.frame.size[1]));
+        // One thread, so that the bytes do not depend on how many there are.
+        use exrs::WritableImage;
+        image.write().non_parallel().to_buffered(to)?;
+        Ok(())
+    }
+
+    /// Reads the first layer of an EXR file.
+    ///
+    /// # Errors
+    /// If there is no such file or it is not a flat EXR picture.
+    pub fn read_exr(path: &Path) -> Result<Self> {
+        if path.is_dir() {
+            bail!("cannot read `{}`: it is a directory", path.display());
+        }
+        use exrs::{ReadChannels, ReadLayers};
+        let image = exrs::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(path)
+            .with_context(|| format!("cannot read `{}` as an EXR picture", path.display()))?;
+        let layer = &image.layer_data;
+        let channels = &layer.channel_data.list;
+        let pixels = layer.size.0 * layer.size.1;
+        let mut data = vec![0.0; pixels * channels.len()];
+        for (c, channel) in channels.iter().enumerate() {
+            for (i, value) in channel.sample_data.values_as_f32().enumerate().take(pixels) {
+                data[i * channels.len() + c] = value;
+            }
+        }
+        let (window, position) = (image.attributes.display_window, layer.attributes.layer_position);
+        let offset = [position.0 - window.position.0, position.1 - window.position.1].map(|o| o.max(0) as usize);
+        Ok(Self {
+            size: [layer.size.0, layer.size.1],
+            frame: Frame { offset, size: [window.size.0, window.size.1] },
+            channels: channels.iter().map(|c| c.name.to_string()).collect(),
+            data,
+        })
+    }
+
+    /// Writes the picture as 8-bit PNG; `display` turns the channels of a pixel into sRGB between 0 and 1.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_png(&self, to: impl Write, display: impl Fn(&[f32]) -> [f32; 3]) -> Result<()> {
+        let bytes: Vec<u8> = self
+            .data
+            .chunks_exact(self.channels.len())
+            .flat_map(|pixel| display(pixel).map(|v| (v * 255.0 + 0.5) as u8))
+            .collect();
+        use image::ImageEncoder;
+        let encoder = image::codecs::png::PngEncoder::new(to);
+        encoder.write_image(&bytes, self.size[0] as u32, self.size[1] as u32, image::ExtendedColorType::Rgb8)?;
+        Ok(())
+    }
+}
+
+/// An output file that comes into being only when it is whole: until then everything goes to a file beside it.
+pub struct OutputFile {
+    path: PathBuf,
+    partial: PathBuf,
+}
+
+impl OutputFile {
+    /// Makes sure, before any work is done, that `path` can be written.
+    ///
+    /// # Errors
+    /// Says why it cannot.
+    pub fn reserve(path: &Path) -> Result<Self> {
+        let shown = path.display();
+        if path.is_dir() {
+            bail!("cannot write `{shown}`: it is a directory");
+        }
+        let name = path.file_name().with_context(|| format!("cannot write `{shown}`: it does not name a file"))?;
+        if std::fs::metadata(path).is_ok_and(|m| m.permissions().readonly()) {
+            bail!("cannot write `{shown}`: the file is read-only");
+        }
+        let partial = path.with_file_name(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
+        std::fs::File::create(&partial).with_context(|| format!("cannot write `{shown}`"))?;
+        Ok(Self { path: path.to_owned(), partial })
+    }
+
+    /// Where it will stand.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the file and puts it in its place.
+    ///
+    /// # Errors
+    /// If it cannot be written; what stood there before is then untouched.
+    pub fn finish(self, write: impl FnOnce(&mut BufWriter<std::fs::File>) -> Result<()>) -> Result<()> {
+        let shown = self.path.display();
+        let file = std::fs::File::create(&self.partial).with_context(|| format!("cannot write `{shown}`"))?;
+        let mut buffer = BufWriter::new(file);
+        write(&mut buffer).and_then(|()| Ok(buffer.flush()?)).with_context(|| format!("cannot write `{shown}`"))?;
+        drop(buffer);
+        std::fs::rename(&self.partial, &self.path).with_context(|| format!("cannot write `{shown}`"))
+    }
+}
+
+impl Drop for OutputFile {
+    fn drop(&mut self) {
+        // After `finish` there is nothing left of it.
+        let _ = std::fs::remove_file(&self.partial);
+    }
+}

@@ -1,0 +1,47 @@
+//! The scene language: from text to a scene that can be rendered.
+//!
+//! 1. [`source`] opens files and remembers where each came from;
+//! 2. [`parse`] turns text into directives ([`ast`]) and knows neither directives nor plugins;
+//! 3. [`resolve`] runs the directives (includes, transforms, attributes) and yields a [`description::SceneDescription`], plain
+//!    data that knows no plugin;
+//! 4. [`build`] makes the plugins and joins them to a [`build::BuiltScene`].
+//!
+//! Every step yields its result *and* all faults that it found, with their places in the text.
+
+pub mod ast;
+pub mod build;
+pub mod description;
+mod directives;
+pub mod overrides;
+pub mod parse;
+pub mod resolve;
+pub mod source;
+pub mod transform;
+
+pub use build::{BuiltScene, build};
+pub use description::SceneDescription;
+pub use overrides::Overrides;
+pub use source::SourceMap;
+
+use crate::registry::Registry;
+use bhs_core::diagnostics::{Diagnostic, Severity};
+
+/// Opens, reads and builds the scene `path` (`-` is standard input).
+///
+/// # Errors
+/// Everything that is wrong with the scene, with warnings between; at least one of them is an error.
+pub fn load(
+    path: &str,
+    registry: &Registry,
+    overrides: &Overrides,
+    sources: &mut SourceMap,
+) -> Result<BuiltScene, Vec<Diagnostic>> {
+    let file = sources.open(path).map_err(|d| vec![*d])?;
+    let (description, found) = resolve::resolve(sources, file);
+    build(description, found, registry, overrides, sources)
+}
+
+/// Whether one of the findings stops the program.
+pub fn has_errors(found: &[Diagnostic]) -> bool {
+    found.iter().any(|d| d.severity == Severity::Error)
+}

@@ -1,0 +1,43 @@
+//! The progress bar on standard error: hidden off a terminal and with `--quiet`.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Shows how far a render has come. Told once a tile, never once a sample.
+pub struct Progress {
+    bar: ProgressBar,
+    rays: AtomicU64,
+    start: Instant,
+}
+
+impl Progress {
+    /// A bar over `samples` pixel samples in all.
+    pub fn new(samples: u64, quiet: bool) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(Some(samples), target);
+        let style = ProgressStyle::with_template("{prefix} [{wide_bar}] {percent:>3} % {msg} {elapsed} left {eta}");
+        if let Ok(style) = style {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self { bar, rays: AtomicU64::new(0), start: Instant::now() }
+    }
+
+    /// A new wave begins; every pixel has `done` of `total` samples.
+    pub fn wave(&self, done: u32, total: u32) {
+        self.bar.set_prefix(format!("{done}/{total} spp"));
+    }
+
+    /// A tile is done: so many samples, so many rays.
+    pub fn tile(&self, samples: u64, rays: u64) {
+        let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
+        self.bar.inc(samples);
+        self.bar.set_message(format!("{:.2} Mray/s", rays as f64 / 1e6 / self.start.elapsed().as_secs_f64().max(1e-9)));
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

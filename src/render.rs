@@ -1,0 +1,112 @@
+//! The render loop: waves of samples over tiles, in parallel, the same bytes for any number of threads.
+//!
+//! A pixel's samples are added in their order, each wave going on where the last one ended; a sample depends on nothing but
+//! (seed, pixel, index). An interruption ends a wave between tiles: the picture so far is whole, if noisier in places.
+
+use crate::film::{Framebuffer, Tile};
+use crate::progress::Progress;
+use bhs_core::camera::{Camera, Film, Filter};
+use bhs_core::integrator::Ray;
+use bhs_core::sampling::{SampleStream, Sampler};
+use bhs_core::scene::Scene;
+use bhs_core::spectrum::SampledWavelengths;
+use bhs_core::stats::{Counters, TraceLog};
+use bhs_core::transport::LightTransport;
+use glam::DVec2;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Everything that a render needs.
+pub struct Job<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Where it is seen from.
+    pub camera: &'a dyn Camera,
+    /// What records it.
+    pub film: &'a dyn Film,
+    /// Where samples of a pixel go.
+    pub filter: &'a dyn Filter,
+    /// Random numbers.
+    pub sampler: &'a dyn Sampler,
+    /// The method.
+    pub transport: &'a dyn LightTransport,
+}
+
+/// What a render leaves behind.
+pub struct Rendered {
+    /// The frame, whole or as far as it came.
+    pub frame: Framebuffer,
+    /// What was counted.
+    pub counters: Counters,
+    /// Samples that every pixel has at least.
+    pub samples: u32,
+    /// Whether it was stopped early.
+    pub interrupted: bool,
+}
+
+/// Samples of the longest wave: short enough for progress and interruptions, long enough for coherent work.
+const LONGEST_WAVE: u32 = 32;
+
+/// Renders `job` on the current rayon pool until it is done or `stop` is set.
+pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
+    let frame = Framebuffer::new(job.film);
+    let total = job.sampler.samples_per_pixel();
+    let mut counters = Counters::default();
+    let mut done = 0;
+    while done < total && !stop.load(Ordering::Relaxed) {
+        let next = done + done.clamp(1, LONGEST_WAVE).min(total - done);
+        progress.wave(done, total);
+        counters += frame
+            .tiles
+            .par_iter()
+            .with_max_len(1)
+            .map(|tile| {
+                if stop.load(Ordering::Relaxed) {
+                    return Counters::default();
+                }
+                let mut tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                let counted = render_tile(job, &mut tile, frame.channel_count(), done..next);
+                progress.tile(u64::from(tile.size[0] * tile.size[1]) * u64::from(next - done), counted.geodesics);
+                counted
+            })
+            .reduce(Counters::default, |mut a, b| {
+                a += b;
+                a
+            });
+        if !stop.load(Ordering::Relaxed) {
+            done = next;
+        }
+    }
+    Rendered { frame, counters, samples: done, interrupted: done < total }
+}
+
+fn render_tile(job: &Job, tile: &mut Tile, channels: usize, samples: std::ops::Range<u32>) -> Counters {
+    let mut log = TraceLog::default();
+    for i in 0..tile.weights.len() {
+        let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
+        let sums = &mut tile.sums[i * channels..][..channels];
+        for index in samples.clone() {
+            tile.weights[i] += sample(job, pixel, index, sums, &mut log);
+        }
+    }
+    log.counters
+}
+
+/// Adds one sample of one pixel to its sums and returns its weight.
+fn sample(job: &Job, pixel: [u32; 2], index: u32, sums: &mut [f64], log: &mut TraceLog) -> f64 {
+    log.counters.paths += 1;
+    let mut stream = SampleStream::new(job.sampler, pixel, index);
+    let (offset, weight) = job.filter.sample(stream.next_2d());
+    let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
+    let seen = job.camera.ray(raster, stream.next_2d());
+    let [lo, hi] = job.film.lambda_range();
+    let mut lambda = SampledWavelengths::visible(stream.next_1d(), lo, hi);
+    let ray = Ray { origin: seen.origin, direction: job.scene.camera.frame.chart_direction(seen.direction) };
+    let radiance = job.transport.radiance(job.scene, ray, &mut lambda, &mut stream, log);
+    if !radiance.is_finite() {
+        log.counters.not_finite += 1;
+        return 0.0;
+    }
+    job.film.add(radiance * weight, &lambda, sums);
+    f64::from(weight)
+}
