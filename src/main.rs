@@ -1,1 +1,50 @@
-fn main() {}
+//! The program `bhs`: reads the command line, does what it says, exits with the right code.
+
+use bhs::cli::{Cli, Command};
+use bhs::commands::{self, ExitStatus};
+use clap::Parser;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are no errors, whatever clap calls them.
+            let status = if error.use_stderr() { ExitStatus::CommandLine } else { ExitStatus::Done };
+            let _ = error.print();
+            return status.into();
+        }
+    };
+    let result = match &cli.command {
+        Command::Render(args) => commands::render(args, &stop_on_interrupt()),
+        Command::Check { scene } => commands::check(scene),
+        Command::Plugins { kind, name } => commands::plugins(kind.as_deref(), name.as_deref()),
+        Command::Trace(args) => commands::trace(args),
+        Command::Compare { a, b, json } => commands::compare(a, b, *json),
+    };
+    match result {
+        Ok(status) => status.into(),
+        Err(error) if commands::is_closed_pipe(&error) => ExitStatus::Done.into(),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitStatus::Fault.into()
+        }
+    }
+}
+
+/// A flag that the first interrupt (Ctrl-C) sets; the second ends the program on the spot.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let seen = Arc::clone(&stop);
+    let installed = ctrlc::set_handler(move || {
+        if seen.swap(true, Ordering::SeqCst) {
+            std::process::exit(ExitStatus::Interrupted as i32);
+        }
+    });
+    if let Err(error) = installed {
+        eprintln!("warning: an interrupt will lose the picture: {error}");
+    }
+    stop
+}

@@ -1,0 +1,124 @@
+//! The command line: what can be typed.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// A renderer for scenes with a black hole in them.
+#[derive(Debug, Parser)]
+#[command(name = "bhs", version, about, max_term_width = 110)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The program's commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to an EXR file and a PNG beside it
+    Render(RenderArgs),
+    /// Parse and build a scene without rendering it; exit 1 on errors
+    Check {
+        /// The scene; `-` reads standard input
+        scene: PathBuf,
+    },
+    /// List the plugins, with their parameters
+    Plugins {
+        /// Only this kind: integrator, transport, material, light, shape, ...
+        kind: Option<String>,
+        /// Only this plugin, with its parameter table
+        name: Option<String>,
+    },
+    /// Follow rays through a scene; one JSON object a ray, in input order
+    Trace(TraceArgs),
+    /// Compare two EXR pictures
+    Compare {
+        /// The picture
+        a: PathBuf,
+        /// The reference
+        b: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// What changes a scene from the command line.
+#[derive(Args, Clone, Debug, Default)]
+pub struct SceneArgs {
+    /// Integrator of light rays, in place of the scene's
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<String>,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+/// `bhs render`
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// The scene; `-` reads standard input
+    pub scene: PathBuf,
+    /// EXR file to write; the PNG stands beside it
+    #[arg(short, long, value_name = "FILE.exr")]
+    pub output: Option<PathBuf>,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    pub spp: Option<u32>,
+    /// What changes the scene
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
+    /// Light transport, in place of the scene's
+    #[arg(long, value_name = "NAME")]
+    pub transport: Option<String>,
+    /// Threads; all processors if not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Part to render, as fractions of width and height
+    #[arg(long, value_name = "x0,x1,y0,y1", value_parser = crop)]
+    pub crop: Option<[f64; 4]>,
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    pub resolution: Option<[u32; 2]>,
+    /// A preview: small and with few samples
+    #[arg(long)]
+    pub quick: bool,
+    /// No progress bar and no closing words
+    #[arg(long)]
+    pub quiet: bool,
+    /// Write what it took as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+}
+
+/// `bhs trace`
+#[derive(Args, Debug)]
+pub struct TraceArgs {
+    /// The scene; `-` reads standard input
+    pub scene: PathBuf,
+    /// Rays, one a line: ox,oy,oz,dx,dy,dz in world coordinates; `-` reads standard input
+    #[arg(long, value_name = "FILE.csv|-")]
+    pub rays: PathBuf,
+    /// Also print the points of the polyline that is traced
+    #[arg(long)]
+    pub path: bool,
+    /// What changes the scene
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
+}
+
+fn crop(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
+    match numbers.as_deref() {
+        Ok(&[x0, x1, y0, y1]) if 0.0 <= x0 && x0 < x1 && x1 <= 1.0 && 0.0 <= y0 && y0 < y1 && y1 <= 1.0 => Ok([x0, x1, y0, y1]),
+        _ => Err("expected four numbers between 0 and 1, from below to: x0,x1,y0,y1".into()),
+    }
+}
+
+fn resolution(text: &str) -> Result<[u32; 2], String> {
+    let sizes = text.split_once(['x', 'X']).map(|(w, h)| (w.parse::<u32>(), h.parse::<u32>()));
+    match sizes {
+        Some((Ok(w), Ok(h))) if (1..=65_536).contains(&w) && (1..=65_536).contains(&h) => Ok([w, h]),
+        _ => Err("expected width and height in pixels, such as 640x480".into()),
+    }
+}

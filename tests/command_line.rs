@@ -1,0 +1,243 @@
+//! The program as a person runs it: exit codes, files, messages.
+
+mod common;
+
+use assert_cmd::Command;
+use std::path::Path;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+fn bhs() -> Command {
+    Command::new(assert_cmd::cargo::cargo_bin!("bhs"))
+}
+
+/// Options of a small quick picture.
+const SMALL: &str = r#"
+    Film "rgb" "integer xresolution" 8 "integer yresolution" 8 "string filename" "small.exr"
+    Sampler "sobol" "integer pixelsamples" 2
+    Camera "perspective"
+    WorldBegin
+"#;
+
+/// A folder with a scene `scene.bhs` of the options above and `world`.
+fn folder(world: &str) -> TempDir {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    write(dir.path(), "scene.bhs", &format!("{SMALL}{world}"));
+    dir
+}
+
+fn write(dir: &Path, name: &str, content: impl AsRef<[u8]>) {
+    std::fs::write(dir.join(name), content).expect("the temporary folder can be written");
+}
+
+/// Runs `bhs` in `dir` and returns exit code, standard output and standard error.
+fn run(dir: &Path, args: &[&str]) -> (i32, String, String) {
+    let out = bhs().current_dir(dir).args(args).output().expect("bhs starts");
+    let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
+    (out.status.code().unwrap_or(-1), text(&out.stdout), text(&out.stderr))
+}
+
+const LIT: &str = "LightSource \"infinite\" \"float L\" 1\nShape \"sphere\"";
+
+#[test]
+fn render_writes_an_exr_and_a_png_and_says_so() {
+    let dir = folder(LIT);
+    let (code, out, err) = run(dir.path(), &["render", "scene.bhs", "--stats", "stats.json"]);
+    assert_eq!((code, out.as_str()), (0, ""), "{err}");
+    assert!(err.contains("small.exr"), "{err}");
+    let mut files: Vec<_> = std::fs::read_dir(dir.path())
+        .expect("readable")
+        .map(|e| e.expect("readable").file_name().into_string().expect("plain names"))
+        .collect();
+    files.sort();
+    assert_eq!(files, ["scene.bhs", "small.exr", "small.png", "stats.json"]);
+    let stats: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(dir.path().join("stats.json")).expect("readable")).expect("JSON");
+    assert_eq!(stats["counts"]["paths"], 128);
+    assert!(stats["seconds"]["render"].as_f64().is_some_and(|s| s > 0.0));
+    assert_eq!(stats["integrator"], "straight");
+}
+
+#[test]
+fn quiet_is_quiet_and_o_names_the_file() {
+    let dir = folder(LIT);
+    assert_eq!(run(dir.path(), &["render", "scene.bhs", "--quiet", "-o", "other.exr"]), (0, String::new(), String::new()));
+    assert!(dir.path().join("other.exr").exists() && dir.path().join("other.png").exists());
+    assert!(!dir.path().join("small.exr").exists());
+}
+
+#[test]
+fn standard_input_is_a_scene() {
+    let dir = folder("");
+    let text = format!("{SMALL}{LIT}");
+    let out = bhs().current_dir(dir.path()).args(["render", "-", "--quiet"]).write_stdin(text).output().expect("bhs starts");
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    assert!(dir.path().join("small.exr").exists());
+}
+
+#[test]
+fn the_command_line_itself_can_be_wrong() {
+    let dir = folder(LIT);
+    for args in [
+        &["render"][..],
+        &["frobnicate"],
+        &["render", "scene.bhs", "--spp", "0"],
+        &["render", "scene.bhs", "--crop", "0,1"],
+        &["render", "scene.bhs", "--resolution", "0x5"],
+        &["plugins", "cheese"],
+        &["trace", "-", "--rays", "-"],
+    ] {
+        let (code, _, err) = run(dir.path(), args);
+        assert_eq!(code, 2, "{args:?}: {err}");
+        assert!(!err.is_empty(), "{args:?}");
+    }
+    assert_eq!(run(dir.path(), &["--help"]).0, 0);
+    assert_eq!(run(dir.path(), &["--version"]).0, 0);
+}
+
+#[test]
+fn faulty_files_are_errors_with_exit_code_1_and_harm_nothing() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                  element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let dir = folder("Shape \"plymesh\" \"string filename\" \"mesh.ply\"");
+    std::fs::create_dir(dir.path().join("folder.ply")).expect("writable");
+    write(dir.path(), "small.exr", "precious");
+    write(dir.path(), "small.png", "precious");
+    let cases: [(&str, Option<String>, &str); 7] = [
+        ("missing", None, "mesh.ply"),
+        ("truncated", Some(format!("{header}0 0 0\n1 0 0\n")), "vert"),
+        ("not a number", Some(format!("{header}0 0 0\n1 0 0\n0 nan 0\n3 0 1 2\n")), "vert"),
+        ("index out of range", Some(format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n")), "3"),
+        ("empty", Some(String::new()), "empty"),
+        ("no PLY", Some("solid teapot\n".into()), "ply"),
+        ("binary, truncated", Some(header.replace("ascii", "binary_little_endian") + "0123"), "vert"),
+    ];
+    for (name, content, word) in cases {
+        let _ = std::fs::remove_file(dir.path().join("mesh.ply"));
+        if let Some(content) = content {
+            write(dir.path(), "mesh.ply", content);
+        }
+        let (code, _, err) = run(dir.path(), &["render", "scene.bhs"]);
+        assert_eq!(code, 1, "{name}: {err}");
+        assert!(err.contains("scene.bhs:") && err.contains("mesh.ply") && err.contains(word), "{name}: {err}");
+    }
+    write(dir.path(), "scene.bhs", format!("{SMALL}Shape \"plymesh\" \"string filename\" \"folder.ply\""));
+    let (code, _, err) = run(dir.path(), &["render", "scene.bhs"]);
+    assert!(code == 1 && err.contains("directory"), "{err}");
+    for file in ["small.exr", "small.png"] {
+        assert_eq!(std::fs::read_to_string(dir.path().join(file)).expect("still there"), "precious");
+    }
+    assert_eq!(run(dir.path(), &["render", "nothing.bhs"]).0, 1);
+    assert_eq!(run(dir.path(), &["check", "nothing.bhs"]).0, 1);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_found_before_rendering() {
+    let dir = folder(LIT);
+    std::fs::create_dir(dir.path().join("taken.exr")).expect("writable");
+    for (output, word) in [("nowhere/x.exr", "nowhere"), ("taken.exr", "directory"), ("picture.jpg", ".exr"), ("..", ".exr")] {
+        let start = Instant::now();
+        // Long enough that rendering first would be noticed.
+        let (code, _, err) = run(dir.path(), &["render", "scene.bhs", "--spp", "100000000", "-o", output]);
+        assert_eq!(code, 1, "{output}: {err}");
+        assert!(err.contains(word), "{output}: {err}");
+        assert!(start.elapsed() < Duration::from_secs(60), "{output}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupt_writes_what_is_there_and_exits_with_130() {
+    let dir = folder(LIT);
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("bhs"))
+        .current_dir(dir.path())
+        .args(["render", "scene.bhs", "--spp", "1000000000", "--stats", "stats.json"])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("bhs starts");
+    std::thread::sleep(Duration::from_secs(2));
+    let id = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-INT", &id]).status().expect("kill runs").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    let picture = bhs::image::Picture::read_exr(&dir.path().join("small.exr")).expect("a whole picture");
+    assert!(picture.data.iter().all(|v| *v > 0.0), "every pixel has light");
+    let stats = std::fs::read_to_string(dir.path().join("stats.json")).expect("readable");
+    assert!(stats.contains("\"interrupted\": true"), "{stats}");
+}
+
+#[test]
+fn trace_answers_in_order_with_17_digits() {
+    let dir = folder("BlackHole \"schwarzschild\" \"float rs\" 0.1\nTranslate 0 0 3\nShape \"sphere\"");
+    write(dir.path(), "scene.bhs", format!("LookAt 0 0 -5 0 0 0 0 1 0 {SMALL}BlackHole \"schwarzschild\" \"float rs\" 0.1\nTranslate 0 0 3\nShape \"sphere\""));
+    let rays = "# a comment\n0,1,-5, 0,0,2\n0,0,-5,0,0,1\n\n0,0,-5,0,0,-1\n";
+    write(dir.path(), "rays.csv", rays);
+    let (code, out, err) = run(dir.path(), &["trace", "scene.bhs", "--rays", "rays.csv", "--path"]);
+    assert_eq!(code, 0, "{err}");
+    let answers: Vec<serde_json::Value> = out.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    let outcomes: Vec<_> = answers.iter().map(|a| a["outcome"].as_str().expect("a word")).collect();
+    assert_eq!(outcomes, ["hit", "captured", "escaped"]);
+    let hit = &answers[0];
+    let coordinate = |name: &str, i: usize| hit[name][i].as_f64().expect("a number");
+    // On the sphere, bent towards the hole.
+    let r2: f64 = (0..3).map(|i| (coordinate("point", i) - if i == 2 { 3.0 } else { 0.0 }).powi(2)).sum();
+    assert!((r2 - 1.0).abs() < 1e-9 && coordinate("direction", 1) < -0.1, "{hit}");
+    assert_eq!(hit["shape"], 0);
+    assert!(hit["path"].as_array().is_some_and(|p| p.len() > 3));
+    assert!(hit["phi"].as_f64().is_some_and(|p| p > 1.0));
+    assert!(out.lines().next().is_some_and(|l| l.contains("\"phi\":1.") && l.contains("e0")), "{out}");
+    // From standard input, and with a straight integrator.
+    let run = |args: &[&str], input: &str| bhs().current_dir(dir.path()).args(args).write_stdin(input).output().expect("bhs starts");
+    let straight = run(&["trace", "scene.bhs", "--rays", "-", "--integrator", "straight"], "0,0,-5,0,0,1\n");
+    assert!(String::from_utf8_lossy(&straight.stdout).contains("\"hit\""));
+    for (bad, word) in [("0,0,0,0,0,0", "direction"), ("1,2,3", "6 numbers"), ("a,0,0,0,0,1", "`a`"), ("inf,0,0,0,0,1", "finite")] {
+        let out = run(&["trace", "scene.bhs", "--rays", "-"], &format!("0,0,-5,0,0,1\n{bad}\n"));
+        let err = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(1), "{bad}");
+        assert!(err.contains("line 2") && err.contains(word), "{bad}: {err}");
+    }
+}
+
+#[test]
+fn compare_measures_pictures() {
+    let dir = folder(LIT);
+    assert_eq!(run(dir.path(), &["render", "scene.bhs", "--quiet", "-o", "a.exr"]).0, 0);
+    assert_eq!(run(dir.path(), &["render", "scene.bhs", "--quiet", "--seed", "9", "-o", "b.exr"]).0, 0);
+    let json = |a: &str, b: &str| -> serde_json::Value {
+        let (code, out, err) = run(dir.path(), &["compare", a, b, "--json"]);
+        assert_eq!(code, 0, "{err}");
+        serde_json::from_str(&out).expect("JSON")
+    };
+    assert_eq!(json("a.exr", "a.exr")["mse"], 0.0);
+    assert!(json("a.exr", "b.exr")["mse"].as_f64().is_some_and(|m| m > 0.0));
+    assert!(run(dir.path(), &["compare", "a.exr", "b.exr"]).1.contains("PSNR"));
+    assert_eq!(run(dir.path(), &["compare", "a.exr", "none.exr"]).0, 1);
+    assert_eq!(run(dir.path(), &["compare", "a.exr", "scene.bhs"]).0, 1);
+}
+
+#[test]
+fn plugins_are_listed_with_their_parameters() {
+    let dir = folder(LIT);
+    let (code, out, _) = run(dir.path(), &["plugins"]);
+    assert_eq!(code, 0);
+    for name in ["straight", "schwarzschild-rk4", "hemisphere", "path", "conductor", "plymesh", "embree", "reference", "sobol"] {
+        assert!(out.contains(name), "{name} is missing:\n{out}");
+    }
+    let (code, out, _) = run(dir.path(), &["plugins", "integrator", "schwarzschild-rk4"]);
+    assert_eq!(code, 0);
+    for word in ["step", "float", "0.1", "rad"] {
+        assert!(out.contains(word), "{word} is missing:\n{out}");
+    }
+    assert_eq!(run(dir.path(), &["plugins", "integrator", "cheese"]).0, 2);
+}
+
+#[test]
+fn check_builds_without_rendering() {
+    let dir = folder(LIT);
+    assert_eq!(run(dir.path(), &["check", "scene.bhs"]).0, 0);
+    assert!(!dir.path().join("small.exr").exists());
+    write(dir.path(), "scene.bhs", format!("{SMALL}Shape \"sphere\" \"float radios\" 1\nShpe \"sphere\""));
+    let (code, _, err) = run(dir.path(), &["check", "scene.bhs"]);
+    assert_eq!(code, 1);
+    // Both faults at once, each with a suggestion.
+    assert!(err.contains("`radius`") && err.contains("`Shape`"), "{err}");
+}

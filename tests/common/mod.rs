@@ -1,0 +1,68 @@
+//! What the tests share: scenes from text, and rays through them.
+#![allow(dead_code)] // each test program uses a part of it
+
+use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
+use bhs::progress::Progress;
+use bhs::registry::Registry;
+use bhs::render::{Job, Rendered};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// The project's root folder.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A file of the project.
+pub fn read(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("cannot read {path}: {e}"))
+}
+
+/// Builds a scene from text; relative paths start at the project's `scenes` folder.
+pub fn build(text: &str) -> BuiltScene {
+    build_with(text, &Overrides::default())
+}
+
+/// Builds a scene from text, with changes.
+pub fn build_with(text: &str, overrides: &Overrides) -> BuiltScene {
+    let mut sources = SourceMap::new();
+    let name = root().join("scenes/test.bhs");
+    match lang::load_text(&name.to_string_lossy(), text, &Registry::builtin(), overrides, &mut sources) {
+        Ok(built) => built,
+        Err(found) => panic!("{}", bhs::report::render(&found, &sources, false)),
+    }
+}
+
+/// Renders a built scene on the current thread pool.
+pub fn render(built: &BuiltScene) -> Rendered {
+    let job = Job {
+        scene: &built.scene,
+        camera: &*built.camera,
+        film: &*built.film,
+        filter: &*built.filter,
+        sampler: &*built.sampler,
+        transport: &*built.transport,
+    };
+    bhs::render::render(&job, &Progress::new(0, true), &AtomicBool::new(false))
+}
+
+/// A file under `shared/data` beside the project, or `None`, saying so, where it is absent.
+pub fn shared(path: &str) -> Option<PathBuf> {
+    let file = root().join("../shared/data").join(path);
+    if file.exists() {
+        return Some(file);
+    }
+    eprintln!("skipped: {path} is not here");
+    None
+}
+
+/// The measured Cornell box with a wall in front, closed on all sides: options block not included.
+pub fn closed_cornell_box() -> String {
+    let scene = read("scenes/cornell_box.bhs");
+    let front = r#"
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3]
+            "point3 P" [0 0 0  552.8 0 0  556 548.8 0  0 548.8 0]
+    "#;
+    let world = scene.split_once("WorldBegin").expect("the scene has a world block").1;
+    format!("{world}\n{front}")
+}
