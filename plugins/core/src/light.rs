@@ -17,5 +17,5 @@ pub trait AreaLight: Send + Sync {
 pub trait Light: Send + Sync {
     /// Spectral radiance that arrives from infinitely far away, from the unit chart direction `direction` (pointing out of
     /// the scene), at the given wavelengths [nm, far from the hole].
-    fn from_sky(&self, direction: DVec3, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum;
+    fn sky_radiance(&self, direction: DVec3, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum;
 }

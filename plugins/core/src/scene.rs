@@ -195,7 +195,7 @@ impl Scene {
         }
         let shift = self.shift(&Observer::FLAT);
         for light in &self.lights {
-            sum += light.from_sky(direction, lambda.at(shift as f32));
+            sum += light.sky_radiance(direction, lambda.at(shift as f32));
         }
         sum * radiance_shift(shift)
     }

@@ -30,7 +30,7 @@ const MOST_FAULTS: usize = 4;
 
 /// Whether `text` names a file rather than a built-in spectrum.
 pub fn is_path(text: &str) -> bool {
-    text.contains(['/', '.', '\\'])
+    text.contains(['/', '.'])
 }
 
 fn build(param: &Param, role: SpectrumRole, context: &Context) -> Built {
@@ -40,7 +40,8 @@ fn build(param: &Param, role: SpectrumRole, context: &Context) -> Built {
     })?;
     let points = parse(&bytes).map_err(|faults| {
         let told = faults.iter().take(MOST_FAULTS).map(|fault| {
-            let message = format!("`{}` is no spectrum: {fault}", path.value);
+            let more = if faults.len() > MOST_FAULTS { format!(" ({} faults in all)", faults.len()) } else { String::new() };
+            let message = format!("`{}` is no spectrum: {fault}{more}", path.value);
             Diagnostic::error("bad-file", message)
                 .at(path.span, "")
                 .help("a spectrum has two numbers a line, wavelength [nm] and value")

@@ -1,0 +1,138 @@
+//! The lights emit what their parameters say: radiance, sides, scale and exitance.
+
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
+use bhs_core::light::{AreaLight, Light};
+use bhs_core::params::{Context, Files, Params, SpectrumSource};
+use bhs_core::plugin::Plugin;
+use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::value::{Param, ParamType, Values};
+use glam::{DAffine3, DVec3, Vec2};
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+/// The one number that the scene gives, times the wavelength over 500 nm.
+#[derive(Debug)]
+struct Ramp(f32);
+
+impl Spectrum for Ramp {
+    fn at(&self, lambda_nm: f32) -> f32 {
+        self.0 * lambda_nm / 500.0
+    }
+    fn max(&self, _: f32, hi: f32) -> f32 {
+        self.at(hi)
+    }
+}
+
+struct Ramps;
+
+impl SpectrumSource for Ramps {
+    fn build(&self, param: &Param, role: SpectrumRole, _: &Context) -> Result<Arc<dyn Spectrum>, Vec<Diagnostic>> {
+        assert_eq!(role, SpectrumRole::Emission);
+        match &param.values {
+            Values::Numbers { values, .. } => Ok(Arc::new(Ramp(values[0] as f32))),
+            _ => Err(vec![Diagnostic::error("test", "not a number")]),
+        }
+    }
+}
+
+struct NoFiles;
+
+impl Files for NoFiles {
+    fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {
+        Err("no such file".into())
+    }
+}
+
+fn param(ty: ParamType, name: &str, values: Values) -> Param {
+    let span = Span::default();
+    Param { ty: Spanned::new(ty, span), name: Spanned::new(name.into(), span), values, span }
+}
+
+fn number(ty: ParamType, name: &str, value: f64) -> Param {
+    param(ty, name, Values::Numbers { values: vec![value], whole: false })
+}
+
+fn build<T: ?Sized>(plugin: &Plugin<T>, params: &[Param]) -> (Option<Box<T>>, Vec<String>) {
+    let context = Context {
+        files: &NoFiles,
+        spectra: &Ramps,
+        world_from_object: DAffine3::IDENTITY,
+        reverse_orientation: false,
+        hole: None,
+        resolution: [1, 1],
+        lambda_range: [360.0, 830.0],
+        seed: 0,
+    };
+    let p = Params::new(Spanned::new(plugin.name.into(), Span::default()), params, context);
+    let built = (plugin.build)(&p);
+    (built, p.finish().0.into_iter().map(|d| d.message).collect())
+}
+
+fn area(params: &[Param]) -> Box<dyn AreaLight> {
+    let (light, errors) = build(&bhs_lights::AREA[0], params);
+    assert_eq!(errors, Vec::<String>::new());
+    light.expect("no errors, so a light")
+}
+
+fn sky(params: &[Param]) -> Box<dyn Light> {
+    let (light, errors) = build(&bhs_lights::ALL[0], params);
+    assert_eq!(errors, Vec::<String>::new());
+    light.expect("no errors, so a light")
+}
+
+const LAMBDA: [f32; 4] = [400.0, 500.0, 600.0, 700.0];
+
+#[test]
+fn by_default_one_side_emits_one() {
+    let light = area(&[]);
+    assert_eq!(light.radiance(Vec2::ZERO, 0.3, LAMBDA), SampledSpectrum::ONE);
+    assert_eq!(light.radiance(Vec2::ZERO, -0.3, LAMBDA), SampledSpectrum::ZERO);
+    assert_eq!(light.radiance(Vec2::ZERO, 0.0, LAMBDA), SampledSpectrum::ZERO);
+    assert!((light.exitance(360.0, 830.0) / PI - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn two_sides_emit_twice_as_much() {
+    let two = area(&[param(ParamType::Bool, "twosided", Values::Bools(vec![true]))]);
+    assert_eq!(two.radiance(Vec2::ZERO, -0.3, LAMBDA), SampledSpectrum::ONE);
+    assert_eq!(two.exitance(400.0, 700.0), 2.0 * area(&[]).exitance(400.0, 700.0));
+}
+
+#[test]
+fn spectrum_and_scale_multiply() {
+    let params = [number(ParamType::Spectrum, "L", 3.0), number(ParamType::Float, "scale", 2.0)];
+    let expected = SampledSpectrum([4.8, 6.0, 7.2, 8.4]);
+    let near = |s: SampledSpectrum| (s - expected).map(f32::abs).max() < 1e-5;
+    assert!(near(area(&params).radiance(Vec2::ONE, 1.0, LAMBDA)));
+    assert!(near(sky(&params).sky_radiance(DVec3::Y, LAMBDA)));
+    // The mean of a ramp is its value in the middle.
+    assert!((area(&params).exitance(400.0, 700.0) / (PI * 6.6) - 1.0).abs() < 1e-5);
+    assert!((area(&params).exitance(550.0, 550.0) / (PI * 6.6) - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn the_exitance_is_the_integral_of_the_radiance() {
+    let light = area(&[number(ParamType::Spectrum, "L", 3.0), param(ParamType::Bool, "twosided", Values::Bools(vec![true]))]);
+    // By the midpoint rule over cos(theta): the integral of L cos(theta) over all directions is 2 pi times that of L |c| dc.
+    let n = 1000;
+    let mut sum = 0.0;
+    for i in 0..n {
+        let c = -1.0 + 2.0 * (i as f32 + 0.5) / n as f32;
+        sum += light.radiance(Vec2::ZERO, c, [550.0; 4])[0] * c.abs() * 2.0 / n as f32;
+    }
+    assert!((2.0 * PI * sum / light.exitance(550.0, 550.0) - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn the_sky_is_one_by_default() {
+    assert_eq!(sky(&[]).sky_radiance(DVec3::Z, LAMBDA), SampledSpectrum::ONE);
+}
+
+#[test]
+fn faults_are_told() {
+    let errors = |params: &[Param]| build(&bhs_lights::ALL[0], params).1;
+    assert_eq!(errors(&[number(ParamType::Float, "scale", -1.0)]), ["`scale` must be a number from 0 up"]);
+    assert_eq!(errors(&[number(ParamType::Float, "scale", 1e300)]), ["`scale` must be a number from 0 up"]);
+    assert_eq!(errors(&[number(ParamType::Integer, "filename", 1.0)]), ["unknown parameter `filename`"]);
+    assert_eq!(errors(&[number(ParamType::Point2, "L", 1.0)]), ["`L` takes a spectrum, not a point2"]);
+}

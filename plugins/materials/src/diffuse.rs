@@ -1,0 +1,61 @@
+//! `diffuse`: a matt surface, the same from all sides.
+//!
+//! Lambert's law: the BSDF is `reflectance / pi` on the side of the light, whichever side that is. Directions are chosen with
+//! density `cos(theta) / pi`.
+//!
+//! Source: Lambert 1760.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `reflectance` | spectrum | 0.5 | | share of the light that is reflected |
+//!
+//! ```bhs
+//! Material "diffuse" "spectrum reflectance" "cornell-white"
+//! ```
+
+use bhs_core::Plugin;
+use bhs_core::material::{BsdfSample, Material, Shading, same_hemisphere};
+use bhs_core::params::Params;
+use bhs_core::sampling::cosine_hemisphere;
+use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
+use glam::{Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+/// The entry in the list of plugins.
+pub const PLUGIN: Plugin<dyn Material> =
+    Plugin { name: "diffuse", summary: "a matt surface, the same from all sides (Lambert)", build };
+
+struct Diffuse {
+    reflectance: Arc<dyn Spectrum>,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Material>> {
+    let reflectance = p.spectrum("reflectance", 0.5, SpectrumRole::Reflectance, "", "share of the light that is reflected");
+    Some(Box::new(Diffuse { reflectance }))
+}
+
+impl Material for Diffuse {
+    fn evaluate(&self, at: &Shading, wo: Vec3, wi: Vec3) -> SampledSpectrum {
+        if !same_hemisphere(wo, wi) {
+            return SampledSpectrum::ZERO;
+        }
+        self.reflectance.sample(at.lambda_nm) * (wi.z.abs() * FRAC_1_PI)
+    }
+
+    fn pdf(&self, _: &Shading, wo: Vec3, wi: Vec3) -> f32 {
+        if same_hemisphere(wo, wi) { wi.z.abs() * FRAC_1_PI } else { 0.0 }
+    }
+
+    fn sample(&self, at: &Shading, wo: Vec3, _: f32, u: Vec2) -> Option<BsdfSample> {
+        let mut wi = cosine_hemisphere(u);
+        wi.z *= wo.z.signum();
+        let pdf = self.pdf(at, wo, wi);
+        // At grazing angles one of the two cosines can be zero.
+        (pdf > 0.0).then(|| BsdfSample { wi, weight: self.reflectance.sample(at.lambda_nm), pdf, specular: false })
+    }
+
+    fn is_specular(&self) -> bool {
+        false
+    }
+}
