@@ -31,7 +31,7 @@ def run_main(main):
         with locked():
             main()
     except Failure as failure:
-        sys.exit("bhs set-up: %s" % failure)
+        sys.exit("bhs set-up: " + str(failure))
     except KeyboardInterrupt:
         sys.exit(130)
 
@@ -73,10 +73,10 @@ def output(command, **options):
     return done.stdout.decode(errors="replace").strip() if done.returncode == 0 else None
 
 
-def last_lines(text, count=3):
-    """The end of a program's error output, indented, for a message."""
-    lines = [line for line in text.decode(errors="replace").splitlines() if line.strip()]
-    return "\n".join("      " + line[:300] for line in lines[-count:])
+def complaint(text):
+    """What a program said went wrong, shortened and indented, for a message."""
+    lines = [line for line in text.decode(errors="replace").splitlines() if "error" in line.lower()]
+    return "\n".join("      " + (line if len(line) < 200 else "..." + line[-200:]) for line in lines[:4])
 
 
 def pip():
@@ -102,30 +102,31 @@ def requirement(name):
     raise Failure("setup/%s.txt pins nothing" % name)
 
 
-def install_wheel(name, keep, options=(), instead=""):
+def install_wheel(name, what, keep, instead, options=()):
     """Downloads the wheel pinned in setup/<name>.txt and unpacks it; returns the folder, which exists only when whole.
 
-    `keep` maps a path in the wheel to one in the folder, or to None for what is not wanted. pip checks the hash.
-    `options` are more options for `pip download`; `instead` says what a user without network can do.
+    pip checks the hash. `keep` maps a path in the wheel to one in the folder, or to None for what is not wanted.
+    `what` and `instead` are for the message: what the wheel stands in for, and how else to get it.
     """
     package, version = requirement(name)
     folder = DEPS / ("%s-%s" % (name, version))
     if folder.is_dir():
         return folder
-    say("fetching %s %s from PyPI ..." % (package, version))
+    download = pip() + ["download", "--no-deps", "--only-binary", ":all:", "--require-hashes"]
+    download += ["--requirement", "setup/%s.txt" % name] + list(options)
+    say("fetching the wheel %s %s from PyPI ..." % (package, version))
     with scratch() as tmp:
-        command = ["download", "--quiet", "--disable-pip-version-check", "--no-input", "--retries", "2", "--timeout", "30"]
-        command += ["--no-deps", "--only-binary", ":all:", "--require-hashes", "--requirement", str(SETUP / (name + ".txt"))]
-        command += options
-        done = subprocess.run(pip() + command + ["--dest", str(tmp)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        quickly = ["--quiet", "--disable-pip-version-check", "--no-input", "--retries", "2", "--timeout", "30", "--dest", str(tmp)]
+        environment = dict(os.environ, PIP_REQUIRE_VIRTUALENV="0")  # nothing is installed
+        done = subprocess.run(download + quickly, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         wheels = list(tmp.glob("*.whl"))
         if done.returncode != 0 or not wheels:
             raise Failure(
-                "%s %s is missing and pip could not download it:\n%s\n%s\n"
-                "    without network: on a connected machine of the same kind run, in this folder,\n"
+                "%s is missing, and pip could not download the wheel %s %s:\n%s\n%s\n"
+                "    or, on a machine with network, run this in a copy of this folder:\n"
                 "      python3 -m pip %s --dest WHEELS\n"
-                "    copy the folder WHEELS here, and start again with PIP_FIND_LINKS=WHEELS set to its full path"
-                % (package, version, last_lines(done.stderr), instead, " ".join(command).replace(str(ROOT) + "/", ""))
+                "      and copy WHEELS to this machine, and set PIP_FIND_LINKS to its full path before you start again"
+                % (what, package, version, complaint(done.stderr), instead, " ".join(download[download.index("download") :]))
             )
         unpack(wheels[0], tmp / "unpacked", keep)
         (tmp / "unpacked").rename(folder)

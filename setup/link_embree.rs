@@ -9,18 +9,22 @@
 //! Running without Cargo: the rpath, in this package's own executables.
 //! Flags in `.cargo/config.toml` would do all this too, but are lost whenever someone sets `RUSTFLAGS`.
 
+#![allow(clippy::print_stdout)] // a build script talks to Cargo this way
+
 use std::os::unix::fs::symlink;
 use std::path::PathBuf;
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-env-changed=BHS_EMBREE_DIR");
-    let Some(embree) = env::var_os("BHS_EMBREE_DIR").map(PathBuf::from) else {
-        return Ok(());
-    };
+    println!("cargo::rerun-if-env-changed=BINDGEN_EXTRA_CLANG_ARGS");
+    if env::var_os("CARGO_FEATURE_EMBREE").is_some() && env::var_os("BINDGEN_EXTRA_CLANG_ARGS").is_none() {
+        println!("cargo::warning=this checkout is not set up for building; run ./bhs in it once");
+    }
+    let Some(embree) = env::var_os("BHS_EMBREE_DIR").map(PathBuf::from) else { return Ok(()) };
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("Cargo sets OUT_DIR"));
 
-    for entry in fs::read_dir(&embree)? {
+    for entry in fs::read_dir(&embree).inspect_err(|_| eprintln!("BHS_EMBREE_DIR is {}", embree.display()))? {
         let name = entry?.file_name();
         let text = name.to_string_lossy();
         if text.starts_with("libembree4") || text.starts_with("libtbb") {

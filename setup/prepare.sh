@@ -3,7 +3,7 @@
 
 # Says what is missing and how to get it, and gives up.
 die() {
-    printf 'bhs set-up: %s\n' "$@" >&2
+    { printf 'bhs set-up: ' && printf '%s\n' "$@"; } >&2
     exit 1
 }
 
@@ -36,6 +36,15 @@ prepare_tools() {
     tools_ready || setup_python "$root/setup/setup.py"
 }
 
+# In $root: the crates that Cargo.lock lists, from Cargo's cache if they are there.
+prepare_crates() {
+    host=$(rustc -vV | sed -n 's/^host: //p')
+    cargo fetch --offline --quiet --target "$host" 2>/dev/null || cargo fetch --target "$host" ||
+        die "crates that bhs is built from are missing, and cargo could not download them (see above)." \
+            "    Connect this machine to the network and start again, or copy the folder ${CARGO_HOME:-$HOME/.cargo}/registry from a" \
+            "    machine with network, after cargo fetch in a copy of this folder."
+}
+
 # The arguments are --all, or a command line of bhs: fetches the meshes that its scenes name.
 prepare_meshes() {
     missing=$(
@@ -49,7 +58,7 @@ prepare_meshes() {
     for argument; do
         case $argument in
         --all) wanted=yes ;;
-        *.bhs | *.pbrt) if [ -f "$argument" ] && grep -qF -e "$missing" -e Include -- "$argument"; then wanted=yes; fi ;;
+        *.bhs | *.pbrt) if sed "s/#.*//" "$argument" 2>/dev/null | grep -qF -e "$missing" -e Include; then wanted=yes; fi ;;
         esac
     done
     [ -z "$wanted" ] || setup_python "$root/setup/meshes.py" "$@"

@@ -25,22 +25,41 @@ CONFIG = ROOT / ".cargo" / "config.toml"
 CONFIG_HEADER = "# Written by setup/setup.py for this machine; git ignores it. Changes are lost: put yours into ~/.cargo/config.toml.\n"
 
 EMBREE_PACKAGES = """\
-    or install Embree 4 yourself:
+    Connect this machine to the network and start again, or install Embree 4 yourself:
       Debian 13, Ubuntu 24.04: apt install libembree-dev      Fedora: dnf install embree-devel
       Arch: pacman -S embree      macOS: brew install embree      elsewhere: set BHS_EMBREE_DIR to the folder of libembree4"""
 LIBCLANG_PACKAGES = """\
-    or install libclang yourself:
+    Connect this machine to the network and start again, or install libclang yourself:
       Debian, Ubuntu: apt install libclang-dev      Fedora: dnf install clang-libs      Arch: pacman -S clang
       macOS: xcode-select --install      elsewhere: set LIBCLANG_PATH to the file"""
 
 # bindgen 0.68, which embree4-sys uses, misreads what newer libclangs report.
 LIBCLANG_OLDEST, LIBCLANG_NEWEST = 9, 21
+SYSTEM_LIBCLANG_FOLDERS = [
+    "/usr/lib/llvm*/lib*",
+    "/usr/lib/llvm/*/lib*",
+    "/usr/lib/*-linux-*",
+    "/usr/lib64",
+    "/usr/lib64/llvm*/lib*",
+    "/usr/lib",
+    "/usr/local/lib",
+    "/Library/Developer/CommandLineTools/usr/lib",
+    "/opt/homebrew/opt/llvm/lib",
+    "/usr/local/opt/llvm/lib",
+]
 
 
 def main():
     compiler = c_compiler()
-    embree, embree_dir = find_embree(compiler)
-    libclang = find_libclang()
+    found, failures = [], []
+    for find in (lambda: find_embree(compiler), find_libclang):
+        try:
+            found.append(find())
+        except Failure as failure:
+            failures.append(str(failure))
+    if failures:  # all of them at once: one visit to a package manager should be enough
+        raise Failure("\nbhs set-up: ".join(dict.fromkeys(failures)))
+    (embree, embree_dir), libclang = found
     write_config(cargo_environment(compiler, embree_dir, libclang))
     write_whole(DEPS / "stamp", "".join("%s\n" % path for path in (ROOT, CONFIG, embree, libclang)).encode())
     os.utime(DEPS / "stamp")
@@ -65,12 +84,18 @@ def c_compiler():
 
 def find_embree(compiler):
     """(library, folder to name to the linker or None when it needs no telling)."""
-    for folder in [os.environ.get("BHS_EMBREE_DIR"), None, "/opt/homebrew/lib", "/home/linuxbrew/.linuxbrew/lib"]:
-        if (folder is None or os.path.isdir(folder)) and embree_works(compiler, folder):
-            library = system_file(compiler, "embree4") if folder is None else None
-            return library or folder, folder
-    runtime = output([compiler, "-print-file-name=libembree4.so.4"])
-    if runtime and os.path.isabs(runtime):  # installed without its -dev package: give the linker the name it looks for
+    given = os.environ.get("BHS_EMBREE_DIR")
+    if given:
+        if not os.path.isabs(given) or not embree_works(compiler, given):
+            raise Failure("BHS_EMBREE_DIR is set to %s, which is no full path of a folder with a working libembree4" % given)
+        return given, given
+    if embree_works(compiler, None):
+        return compiler_file(compiler, "libembree4.so") or compiler_file(compiler, "libembree4.dylib") or compiler, None
+    for folder in ("/opt/homebrew/lib", "/usr/local/lib", "/home/linuxbrew/.linuxbrew/lib"):
+        if os.path.isdir(folder) and embree_works(compiler, folder):
+            return folder, folder
+    runtime = compiler_file(compiler, "libembree4.so.4")
+    if runtime:  # installed without its -dev package: give the linker the name it looks for
         folder = DEPS / "embree-system"
         folder.mkdir(exist_ok=True)
         link(folder / "libembree4.so", runtime)
@@ -102,13 +127,10 @@ def embree_works(compiler, folder):
         return built is not None and output([str(tmp / "probe")]) is not None
 
 
-def system_file(compiler, name):
-    """Where the linker finds lib<name> by itself, if it tells."""
-    for suffix in (".so", ".dylib"):
-        path = output([compiler, "-print-file-name=lib%s%s" % (name, suffix)])
-        if path and os.path.isabs(path):
-            return os.path.normpath(path)
-    return None
+def compiler_file(compiler, name):
+    """Where the compiler finds a file of its own or one to link, or None."""
+    path = output([compiler, "-print-file-name=" + name])
+    return os.path.normpath(path) if path and os.path.isabs(path) else None
 
 
 def embree_from_wheel():
@@ -126,8 +148,8 @@ def embree_from_wheel():
         return Path(path).name if re.match(r"embreex(\.libs|/\.dylibs)/", path) else None
 
     options = ["--platform", tag, "--python-version", "3.12", "--implementation", "cp", "--abi", "cp312"]
-    folder = install_wheel("embree", keep, options, EMBREE_PACKAGES)
-    library = next(iter(sorted(folder.glob("libembree4[-.]*"), key=lambda path: path.is_symlink())))
+    folder = install_wheel("embree", "Embree 4", keep, EMBREE_PACKAGES, options)
+    library = next(path for path in folder.glob("libembree4*") if not path.is_symlink())
     if system == "Linux":
         link(folder / "libembree4.so", library.name)
     else:
@@ -149,12 +171,17 @@ def link(path, target):
 
 def find_libclang():
     """The file of a libclang that bindgen can use."""
-    for path in libclang_candidates():
+    given = os.environ.get("LIBCLANG_PATH")
+    for path in libclang_candidates([given] if given else SYSTEM_LIBCLANG_FOLDERS):
         if LIBCLANG_OLDEST <= libclang_version(path) <= LIBCLANG_NEWEST:
-            return path
-    folder = install_wheel(
-        "libclang", lambda path: Path(path).name if "/native/libclang." in path else None, instead=LIBCLANG_PACKAGES
-    )
+            return os.path.abspath(path)
+    if given:
+        raise Failure("LIBCLANG_PATH is set to %s, which is no libclang of version %d to %d" % (given, LIBCLANG_OLDEST, LIBCLANG_NEWEST))
+
+    def keep(path):
+        return Path(path).name if "/native/libclang." in path else None
+
+    folder = install_wheel("libclang", "libclang", keep, LIBCLANG_PACKAGES)
     path = next(folder.glob("libclang.*"))
     if not libclang_version(path):
         shutil.rmtree(folder)
@@ -162,20 +189,18 @@ def find_libclang():
     return path
 
 
-def libclang_candidates():
-    """Files that may be a libclang, best first."""
-    given = os.environ.get("LIBCLANG_PATH")
-    folders = [given] if given else []
-    folders.append(output(["llvm-config", "--libdir"]))
-    by_version = lambda path: [int(number) for number in re.findall(r"\d+", path)]  # noqa: E731
-    folders += sorted(glob.glob("/usr/lib/llvm*/lib*") + glob.glob("/usr/lib/llvm/*/lib*"), key=by_version, reverse=True)
-    folders += sorted(glob.glob("/usr/lib/*-linux-*")) + ["/usr/lib64", "/usr/lib", "/usr/local/lib"]
-    folders += ["/Library/Developer/CommandLineTools/usr/lib", "/opt/homebrew/opt/llvm/lib", "/usr/local/opt/llvm/lib"]
-    for folder in filter(None, folders):
+def libclang_candidates(folders):
+    """Files in these folders, or among these files, that may be a libclang, newest first in each."""
+    for folder in [match for pattern in folders for match in newest_first(glob.glob(pattern))]:
         if os.path.isfile(folder):
             yield folder
         for pattern in ("libclang.so", "libclang.dylib", "libclang-[0-9]*.so*", "libclang.so.*"):
-            yield from sorted(glob.glob(os.path.join(folder, pattern)), key=by_version, reverse=True)
+            yield from newest_first(glob.glob(os.path.join(folder, pattern)))
+
+
+def newest_first(paths):
+    """Sorts by the numbers in the names."""
+    return sorted(paths, key=lambda path: [int(number) for number in re.findall(r"\d+", path)], reverse=True)
 
 
 def libclang_version(path):
@@ -202,8 +227,8 @@ def libclang_version(path):
 def cargo_environment(compiler, embree_dir, libclang):
     """The variables that the build scripts of embree4-sys (the last two) and of bhs (the first) read."""
     clang = ["-include", str(SETUP / "embree_layout.h")]
-    builtin = output([compiler, "-print-file-name=include"])
-    if builtin and os.path.isabs(builtin):
+    builtin = compiler_file(compiler, "include")
+    if builtin:
         clang += ["-idirafter", builtin]  # a libclang alone has no stddef.h; the compiler's own comes last
     if platform.system() == "Darwin":
         clang += ["-isysroot", output(["xcrun", "--show-sdk-path"]) or "/"]

@@ -1,1 +1,19 @@
-//! bhs
+//! bhs renders scenes with a black hole in them: triangle meshes of any size, area lights, diffuse and specular materials,
+//! measured spectra, full global illumination, all of it lit and seen along curved light.
+//!
+//! The library is what the program `bhs` is made of: [`lang::load`] turns a scene file into a [`lang::BuiltScene`],
+//! [`render::render`] turns that into a picture. What plugins see is the crate `bhs-core`.
+
+pub mod cli;
+pub mod commands;
+pub mod compare;
+pub mod film;
+pub mod image;
+pub mod lang;
+pub mod plugins_table;
+pub mod progress;
+pub mod registry;
+pub mod render;
+pub mod report;
+pub mod stats;
+pub mod trace;

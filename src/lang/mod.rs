@@ -9,13 +9,17 @@
 //! Every step yields its result *and* all faults that it found, with their places in the text.
 
 pub mod ast;
+mod assemble;
 pub mod build;
 pub mod description;
 mod directives;
+mod hole;
 pub mod overrides;
 pub mod parse;
 pub mod resolve;
 pub mod source;
+#[cfg(test)]
+mod tests;
 pub mod transform;
 
 pub use build::{BuiltScene, build};

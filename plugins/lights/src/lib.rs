@@ -24,7 +24,7 @@ fn scale(p: &Params) -> f32 {
     1.0
 }
 
-/// The mean of a spectrum over `lo..=hi` [nm], by the midpoint rule with steps of at most a nanometre.
+/// The mean of a spectrum over `lo..=hi`, in nm, by the midpoint rule with steps of at most a nanometre.
 fn mean(spectrum: &dyn Spectrum, lo: f32, hi: f32) -> f32 {
     let n = (f64::from(hi - lo).ceil() as usize).clamp(1, 10_000);
     let step = f64::from(hi - lo) / n as f64;

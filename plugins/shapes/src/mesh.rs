@@ -32,12 +32,14 @@ pub(crate) fn to_world(p: &Params, mut mesh: WorldMesh) -> Option<WorldGeometry>
     }
     let n_matrix = normal_matrix(m) * if reverse { -1.0 } else { 1.0 };
     for n in &mut mesh.normals {
-        let turned = n_matrix * Vec3::from_array(*n).as_dvec3();
-        // Scaled first, so that tiny and huge transforms lose nothing; a zero normal stays zero.
-        let largest = turned.abs().max_element();
-        *n = (turned / largest).normalize_or_zero().as_vec3().to_array();
+        *n = unit(n_matrix * Vec3::from_array(*n).as_dvec3());
     }
     Some(WorldGeometry::Mesh(mesh))
+}
+
+/// The unit vector along `v`, however long or short that is; zero for zero.
+pub(crate) fn unit(v: DVec3) -> [f32; 3] {
+    (v / v.abs().max_element()).normalize_or_zero().as_vec3().to_array()
 }
 
 /// What takes normals along when `m` takes points: the inverse transpose of `m` up to a positive factor, by cofactors, so

@@ -126,7 +126,7 @@ impl<'i, 'a> Ascii<'i, 'a> {
         let rest = self.input.bytes(self.at..self.to);
         let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         self.at += length;
-        Ok(&self.input.bytes(self.at - length..self.at))
+        Ok(self.input.bytes(self.at - length..self.at))
     }
 
     /// Reads a number of digits with at most one point among them, at most 19 in all, and steps over it: its digits, how
@@ -160,7 +160,8 @@ impl<'i, 'a> Ascii<'i, 'a> {
 }
 
 const POW10: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21,
+    1e22,
 ];
 
 /// Rounds to single precision, unless `x` (rounded itself) lies where a second rounding could go wrong: half-way between

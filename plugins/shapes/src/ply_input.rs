@@ -3,12 +3,12 @@
 
 use flate2::bufread::MultiGzDecoder;
 use std::borrow::Cow;
-use std::io::Read;
+use std::io::{BufRead, Read};
 
 /// Decompressed bytes asked for at a time: fits the second-level cache beside what is being built.
 const BLOCK: usize = 1 << 18;
 
-/// No line may be longer [bytes]: a polygon of a million corners fits.
+/// No line of a compressed file may be longer, in bytes, for it must fit the window: a polygon of a million corners does.
 const LONGEST_LINE: usize = 1 << 24;
 
 /// Deflate never gets more than this many bytes out of one (zlib's technical details, zlib.net).
@@ -91,13 +91,17 @@ impl<'a> Input<'a> {
     pub(crate) fn line(&mut self, eol: u8) -> Result<Option<std::ops::Range<usize>>, String> {
         let mut searched = 0;
         loop {
-            if let Some(length) = self.rest()[searched..].iter().position(|b| *b == eol) {
-                let line = self.at..self.at + searched + length;
-                self.at = line.end + 1;
+            let mut rest = &self.rest()[searched..];
+            // The standard library's fast search for a byte; slices cannot fail to be read.
+            let passed = rest.skip_until(eol).unwrap_or(0);
+            let next = self.at + searched + passed;
+            if passed > 0 && self.window[next - 1] == eol {
+                let line = self.at..next - 1;
+                self.at = next;
                 return Ok(Some(line));
             }
             searched = self.rest().len();
-            if searched > LONGEST_LINE {
+            if searched > LONGEST_LINE && self.more.is_some() {
                 return Err(format!("a line has more than {LONGEST_LINE} bytes"));
             }
             if !self.fill(searched + 1)? {

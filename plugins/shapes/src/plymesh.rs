@@ -43,7 +43,7 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
         }
     };
     if ply.dropped_faces > 0 {
-        let message = format!("`{name}` has {} faces of fewer than 3 corners, which are left out", ply.dropped_faces);
+        let message = format!("faces of fewer than 3 corners are left out of `{name}`: {}", ply.dropped_faces);
         p.report(Diagnostic::warning("dropped-faces", message).at(span, ""));
     }
     if ply.goes_on {

@@ -16,7 +16,7 @@
 //!     "integer indices" [ 0 1 2   0 2 3 ]
 //! ```
 
-use crate::mesh::to_world;
+use crate::mesh::{to_world, unit};
 use bhs_core::geometry::{Shape, WorldMesh};
 use bhs_core::params::{Normal3, Params, Point2, Point3};
 use bhs_core::plugin::Plugin;
@@ -42,14 +42,18 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
     };
     let normals_fit = normals.as_ref().is_none_or(|n| one_a_vertex("N", n.len()));
     let uvs_fit = uvs.as_ref().is_none_or(|uv| one_a_vertex("uv", uv.len()));
+    let finite = uvs.iter().flatten().all(|uv| uv.0.as_vec2().is_finite());
+    if !finite {
+        p.reject("uv", "`uv` is too large", "more than single precision can hold");
+    }
     let triangles = triangles?;
-    if !(normals_fit && uvs_fit) {
+    if !(finite && normals_fit && uvs_fit) {
         return None;
     }
     let mesh = WorldMesh {
         positions: positions.into_iter().map(|p| p.0).collect(),
         triangles,
-        normals: normals.into_iter().flatten().map(|n| n.0.normalize_or_zero().as_vec3().to_array()).collect(),
+        normals: normals.into_iter().flatten().map(|n| unit(n.0)).collect(),
         uvs: uvs.into_iter().flatten().map(|uv| uv.0.as_vec2().to_array()).collect(),
     };
     Some(Box::new(to_world(p, mesh)?))

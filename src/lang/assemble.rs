@@ -1,0 +1,280 @@
+//! Plugins, each made alone, to a scene: render space, the intersector, emitters, and what must hold between the parts.
+
+use crate::lang::build::LoadCounters;
+use crate::lang::has_errors;
+use crate::lang::overrides::Overrides;
+use crate::registry::{Registry, bare_context};
+use bhs_core::blackhole::{BlackHole, Observer};
+use bhs_core::camera::Camera;
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
+use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
+use bhs_core::integrator::Integrator;
+use bhs_core::intersector::IntersectorBuilder;
+use bhs_core::light::{AreaLight, Light};
+use bhs_core::material::Material;
+use bhs_core::params::{Files, Params};
+use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
+use bhs_core::scene::{Emitter, Scene, ShapeBinding};
+use bhs_core::world::World;
+use glam::{DVec3, Vec2};
+use std::sync::Arc;
+
+/// All plugins of a scene, in world space. What could not be made has been reported.
+pub(super) struct Parts {
+    pub integrator: Option<(String, Box<dyn Integrator>)>,
+    /// With the place of its name.
+    pub intersector: Option<(Span, Box<dyn IntersectorBuilder>)>,
+    pub camera: Option<Box<dyn Camera>>,
+    /// Place of the camera's name, if the scene has a camera.
+    pub camera_span: Option<Span>,
+    /// With the place of its name; its radius is above 0.
+    pub hole: Option<(Span, BlackHole)>,
+    pub lambda_range: [f32; 2],
+    pub materials: Vec<Option<Box<dyn Material>>>,
+    pub default_material: Option<Box<dyn Material>>,
+    pub area_lights: Vec<Option<Box<dyn AreaLight>>>,
+    pub lights: Vec<Option<Box<dyn Light>>>,
+    pub shapes: Vec<Part>,
+}
+
+/// A shape that has been made.
+pub(super) struct Part {
+    pub geometry: WorldGeometry,
+    /// Place of its name.
+    pub span: Span,
+    /// Number of the directive.
+    pub index: u32,
+    /// Index of its material; `None` for the default one.
+    pub material: Option<usize>,
+    /// Index of its area light.
+    pub area_light: Option<usize>,
+}
+
+/// A scene in render space.
+pub(super) struct Assembled {
+    pub scene: Scene,
+    pub camera: Box<dyn Camera>,
+    pub integrator_name: String,
+    pub load: LoadCounters,
+}
+
+/// Joins the parts. `None` if something is wrong with them or has been before.
+pub(super) fn assemble(
+    parts: Parts,
+    registry: &Registry,
+    overrides: &Overrides,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Assembled> {
+    let Parts { camera, camera_span, lambda_range, shapes, .. } = parts;
+    let (integrator_name, integrator) = choose_integrator(parts.integrator, parts.hole.as_ref(), registry, found);
+
+    // Render space: single precision is fine near its origin only.
+    check_range(&shapes, found);
+    let bounds = shapes.iter().fold(Aabb::EMPTY, |b, s| b.union(s.geometry.bounds()));
+    let origin = render_origin(&bounds, camera.as_deref());
+    let moved_hole = parts.hole.map(|(span, h)| (span, BlackHole { center: h.center - origin, ..h }));
+    let bending_hole = moved_hole.filter(|_| integrator.as_ref().is_some_and(|i| i.is_curved()));
+    let camera = camera.map(|mut camera| {
+        camera.rebase(origin);
+        camera
+    });
+    if let (Some(camera), Some((span, hole)), false) = (&camera, bending_hole, overrides.without_camera) {
+        check_camera(camera.as_ref(), camera_span, span, &hole, found);
+    }
+    warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
+    if has_errors(found) {
+        return None;
+    }
+
+    // Surfaces and what they are made of.
+    let materials: Vec<Option<Arc<dyn Material>>> = parts.materials.into_iter().map(|m| m.map(Arc::from)).collect();
+    let area_lights: Vec<Option<Arc<dyn AreaLight>>> = parts.area_lights.into_iter().map(|l| l.map(Arc::from)).collect();
+    let default_material: Arc<dyn Material> = parts.default_material?.into();
+    let mut load = LoadCounters { shapes: shapes.len() as u64, ..Default::default() };
+    let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
+    for part in shapes {
+        let geometry = to_render_space(part.geometry, origin, part.span, &mut load, found);
+        let mut binding = ShapeBinding { material: Arc::clone(&default_material), emitter: None, index: part.index };
+        if let Some(material) = part.material {
+            binding.material = Arc::clone(materials.get(material)?.as_ref()?);
+        }
+        if let Some(light) = part.area_light {
+            if let Some((span, hole)) = bending_hole {
+                check_light(&geometry, part.span, span, &hole, found);
+            }
+            binding.emitter = Some(emitters.len() as u32);
+            let light = Arc::clone(area_lights.get(light)?.as_ref()?);
+            emitters.push(Emitter::new(geometries.len() as u32, &geometry, light));
+        }
+        geometries.push(geometry);
+        bindings.push(binding);
+    }
+    if has_errors(found) {
+        return None;
+    }
+    let [lo, hi] = lambda_range;
+    let power = emitters.iter().map(|e: &Emitter| {
+        let power = f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize]);
+        if power.is_finite() { power.max(0.0) } else { 0.0 }
+    });
+    let emitter_choice = Discrete::new(power);
+
+    let (intersector_span, builder) = parts.intersector?;
+    let intersector = match builder.build(&geometries) {
+        Ok(intersector) => intersector,
+        Err(why) => {
+            found.push(
+                Diagnostic::error("intersector-failed", format!("the intersector cannot be built: {why}"))
+                    .at(intersector_span, "")
+                    .help("Option \"string intersector\" \"reference\" does without, slowly"),
+            );
+            return None;
+        }
+    };
+    let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
+    let world = World { geometries, intersector, bounds, hole: moved_hole.map(|(_, h)| h), origin };
+    let (camera, integrator) = (camera?, integrator?);
+    let observer = integrator.observer(&world, camera.position()).unwrap_or(Observer::FLAT);
+    let lights: Vec<Arc<dyn Light>> = parts.lights.into_iter().flatten().map(Arc::from).collect();
+    let scene = Scene { world, integrator, shapes: bindings, emitters, emitter_choice, lights, camera: observer };
+    Some(Assembled { scene, camera, integrator_name, load })
+}
+
+/// The integrator to use: where nothing bends light it is `straight`, so that the picture is the same bit for bit.
+fn choose_integrator(
+    given: Option<(String, Box<dyn Integrator>)>,
+    hole: Option<&(Span, BlackHole)>,
+    registry: &Registry,
+    found: &mut Vec<Diagnostic>,
+) -> (String, Option<Box<dyn Integrator>>) {
+    let Some((name, integrator)) = given else { return (String::new(), None) };
+    match hole {
+        Some((span, _)) if !integrator.is_curved() => {
+            found.push(
+                Diagnostic::warning("hole-ignored", format!("the integrator `{name}` ignores the black hole"))
+                    .at(*span, "light passes it straight")
+                    .help("choose another `Integrator` to see the hole; without one, the scene gets one that bends light"),
+            );
+        }
+        None if integrator.is_curved() => {
+            let plugin = registry.find::<dyn Integrator>("straight");
+            let context = bare_context(&Nothing, registry.spectra());
+            let params = Params::new(Spanned::new("straight".to_owned(), Span::default()), &[], context);
+            if let Some(straight) = plugin.and_then(|p| (p.build)(&params)) {
+                return ("straight".to_owned(), Some(straight));
+            }
+        }
+        _ => {}
+    }
+    (name, Some(integrator))
+}
+
+struct Nothing;
+
+impl Files for Nothing {
+    fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {
+        Err("no file is read here".into())
+    }
+}
+
+/// World position of render space's origin: the world's own if the scene is near it, else the scene's middle.
+fn render_origin(bounds: &Aabb, camera: Option<&dyn Camera>) -> DVec3 {
+    if bounds.is_empty() {
+        return camera.map_or(DVec3::ZERO, |c| c.position());
+    }
+    let extent = (bounds.max - bounds.min).max_element();
+    if bounds.center().length() <= 4.0 * extent { DVec3::ZERO } else { bounds.center() }
+}
+
+fn to_render_space(
+    geometry: WorldGeometry,
+    origin: DVec3,
+    span: Span,
+    load: &mut LoadCounters,
+    found: &mut Vec<Diagnostic>,
+) -> Geometry {
+    match geometry {
+        WorldGeometry::Mesh(mesh) => {
+            let (mesh, dropped) = mesh.rebase(origin);
+            load.triangles += mesh.triangles.len() as u64;
+            load.zero_area_triangles += dropped as u64;
+            if mesh.triangles.is_empty() {
+                let message = format!("this shape has no surface: all of its {dropped} triangles are without area");
+                found.push(Diagnostic::warning("empty-shape", message).at(span, ""));
+            }
+            Geometry::Mesh(Arc::new(mesh))
+        }
+        WorldGeometry::Analytic(mut surface) => {
+            surface.rebase(origin);
+            Geometry::Analytic(Arc::from(surface))
+        }
+    }
+}
+
+/// Coordinates must be numbers, and fit into single precision with room for their squares' sums.
+fn check_range(shapes: &[Part], found: &mut Vec<Diagnostic>) {
+    const LARGEST: f64 = 1e15;
+    for shape in shapes {
+        let b = shape.geometry.bounds();
+        if !b.is_empty() && !(b.min.abs().max_element() <= LARGEST && b.max.abs().max_element() <= LARGEST) {
+            found.push(
+                Diagnostic::error("out-of-range", "this shape reaches too far out")
+                    .at(shape.span, format!("coordinates are at most {LARGEST:e}"))
+                    .help("use a smaller scale for the whole scene"),
+            );
+        }
+    }
+}
+
+/// A light behind the horizon lights nothing.
+fn check_light(geometry: &Geometry, span: Span, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
+    let within = |p: DVec3| (p - hole.center).length() <= hole.rs;
+    let inside = match geometry {
+        Geometry::Mesh(mesh) => {
+            !mesh.triangles.is_empty() && (0..mesh.triangles.len() as u32).all(|t| mesh.corners(t).into_iter().all(within))
+        }
+        // Points all over the surface stand for it.
+        Geometry::Analytic(surface) => (0..256).all(|i| {
+            let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
+            within(surface.sample(u).point)
+        }),
+    };
+    if inside {
+        found.push(
+            Diagnostic::error("inside-horizon", "this light lies inside the black hole")
+                .at(span, "all of it is within the horizon")
+                .and(hole_span, format!("radius {}", hole.rs))
+                .help("move it out, or make `rs` smaller"),
+        );
+    }
+}
+
+/// Nobody stands at or inside the horizon.
+fn check_camera(camera: &dyn Camera, span: Option<Span>, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
+    let r = (camera.position() - hole.center).length();
+    if r > hole.rs {
+        return;
+    }
+    let d = Diagnostic::error("inside-horizon", "the camera stands inside the black hole");
+    let (here, there) = (format!("{r} from its centre"), format!("radius {}", hole.rs));
+    found.push(match span {
+        Some(span) => d.at(span, here).and(hole_span, there).help("move the camera out, or make `rs` smaller"),
+        None => d.at(hole_span, there).help("the scene has no `Camera`; the default one stands at the origin of the world"),
+    });
+}
+
+fn warn_dark(
+    lights: &[Option<Box<dyn Light>>],
+    area_lights: &[Option<Box<dyn AreaLight>>],
+    shapes: &[Part],
+    found: &mut Vec<Diagnostic>,
+) {
+    // A light that could not be made has been reported; the scene is not dark for lack of one.
+    let any = !lights.is_empty() || area_lights.iter().any(Option::is_none) || shapes.iter().any(|s| s.area_light.is_some());
+    if !any && !has_errors(found) {
+        found.push(
+            Diagnostic::warning("no-light", "nothing in the scene emits light: the picture will be black")
+                .help("add `LightSource \"infinite\"`, or `AreaLightSource \"diffuse\"` before a shape"),
+        );
+    }
+}

@@ -1,0 +1,261 @@
+//! The description of a scene to a scene that can be rendered: every plugin made, everything joined, moved to render space.
+
+use crate::lang::assemble::{self, Part, Parts};
+use crate::lang::description::{Entity, SceneDescription, ShapeEntity};
+use crate::lang::hole::build_hole;
+use crate::lang::overrides::{Overrides, Settings, set_integer};
+use crate::lang::source::SourceMap;
+use crate::registry::{Kind, Registry, bare_context};
+use bhs_core::camera::{Camera, Film, Filter};
+use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
+use bhs_core::geometry::Shape;
+use bhs_core::integrator::Integrator;
+use bhs_core::intersector::IntersectorBuilder;
+use bhs_core::light::{AreaLight, Light};
+use bhs_core::material::Material;
+use bhs_core::params::{Context, Params};
+use bhs_core::sampling::Sampler;
+use bhs_core::scene::Scene;
+use bhs_core::transport::LightTransport;
+use bhs_core::value::Param;
+
+/// A scene that can be rendered.
+pub struct BuiltScene {
+    /// Geometry, lights, hole and integrator, in render space.
+    pub scene: Scene,
+    /// Where it is seen from, in render space.
+    pub camera: Box<dyn Camera>,
+    /// What records it.
+    pub film: Box<dyn Film>,
+    /// Where samples of a pixel go.
+    pub filter: Box<dyn Filter>,
+    /// Random numbers.
+    pub sampler: Box<dyn Sampler>,
+    /// The method.
+    pub transport: Box<dyn LightTransport>,
+    /// The integrator's name; `straight` where nothing bends light, whatever the scene asks for.
+    pub integrator_name: String,
+    /// The method's name.
+    pub transport_name: String,
+    /// The intersector's name.
+    pub intersector_name: String,
+    /// The seed of the render.
+    pub seed: u64,
+    /// A hash of the scene's text and that of all included files, as 16 hexadecimal digits.
+    pub hash: String,
+    /// What was loaded.
+    pub load: LoadCounters,
+    /// What the user should know; no errors.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// What was loaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LoadCounters {
+    /// Shapes.
+    pub shapes: u64,
+    /// Triangles, the dropped ones not counted.
+    pub triangles: u64,
+    /// Triangles without area, which were dropped.
+    pub zero_area_triangles: u64,
+}
+
+/// Builds the scene that `description` describes, as `overrides` change it. `found` is what was found wrong with its text;
+/// the scene is built as far as it goes nonetheless, to find all that is wrong.
+///
+/// # Errors
+/// Everything that is wrong with the scene, with warnings between; at least one of them is an error.
+pub fn build(
+    mut description: SceneDescription,
+    mut found: Vec<Diagnostic>,
+    registry: &Registry,
+    overrides: &Overrides,
+    sources: &mut SourceMap,
+) -> Result<BuiltScene, Vec<Diagnostic>> {
+    let hash = hash(sources);
+    let camera_given = description.camera.is_some();
+    let mut settings = Settings::take(&mut description, overrides, registry, sources);
+
+    // What the other plugins may ask for comes first: seed, film, hole.
+    let context = bare_context(sources, registry.spectra());
+    let (seed, intersector) = build_options(&settings.options, registry, context, &mut found);
+    let seed = overrides.seed.unwrap_or(seed);
+    let context = Context { seed, ..context };
+    let mut film = registry.create::<dyn Film>(&settings.film, context, &mut found);
+    if let Some([x, y]) = film.as_ref().and_then(|f| overrides.quick_resolution(f.resolution())) {
+        set_integer(&mut settings.film.params, "xresolution", x, settings.quick);
+        set_integer(&mut settings.film.params, "yresolution", y, settings.quick);
+        film = registry.create::<dyn Film>(&settings.film, context, &mut found);
+    }
+    let hole = description.black_hole.as_ref().and_then(|e| Some((e.name.span, build_hole(e, context, &mut found)?)));
+    // A hole of no size bends nothing.
+    let hole = hole.filter(|(_, h)| h.rs > 0.0);
+    let context = Context {
+        hole: hole.as_ref().map(|(_, h)| h),
+        resolution: film.as_ref().map_or([640, 480], |f| f.resolution()),
+        lambda_range: film.as_ref().map_or([360.0, 830.0], |f| f.lambda_range()),
+        ..context
+    };
+
+    let mut sampler = registry.create::<dyn Sampler>(&settings.sampler, context, &mut found);
+    if let Some(spp) = sampler.as_ref().and_then(|s| overrides.quick_samples(s.samples_per_pixel())) {
+        set_integer(&mut settings.sampler.params, "pixelsamples", spp, settings.quick);
+        sampler = registry.create::<dyn Sampler>(&settings.sampler, context, &mut found);
+    }
+    let filter = registry.create::<dyn Filter>(&settings.filter, context, &mut found);
+    let transport = registry.create::<dyn LightTransport>(&settings.transport, context, &mut found);
+    let parts = Parts {
+        integrator: build_integrator(&settings.integrator, registry, context, &mut found),
+        intersector: find_intersector(&intersector, registry, context, &mut found),
+        camera: create::<dyn Camera>(&settings.camera, registry, context, &mut found),
+        camera_span: camera_given.then_some(settings.camera.name.span),
+        lambda_range: context.lambda_range,
+        materials: create_all::<dyn Material>(description.materials.iter().map(|m| &m.entity), registry, context, &mut found),
+        default_material: create::<dyn Material>(&settings.material, registry, context, &mut found),
+        area_lights: create_all::<dyn AreaLight>(description.area_lights.iter().map(|l| &l.entity), registry, context, &mut found),
+        lights: create_all::<dyn Light>(description.lights.iter(), registry, context, &mut found),
+        shapes: build_shapes(std::mem::take(&mut description.shapes), registry, context, &mut found),
+        hole,
+    };
+
+    // All has been checked that can be checked alone; now what it makes together.
+    let assembled = assemble::assemble(parts, registry, overrides, &mut found);
+    in_order(&mut found);
+    let failed = crate::lang::has_errors(&found);
+    match (assembled, film, filter, sampler, transport) {
+        (Some(a), Some(film), Some(filter), Some(sampler), Some(transport)) if !failed => Ok(BuiltScene {
+            scene: a.scene,
+            camera: a.camera,
+            film,
+            filter,
+            sampler,
+            transport,
+            integrator_name: a.integrator_name,
+            transport_name: settings.transport.name.value,
+            intersector_name: intersector.value,
+            seed,
+            hash,
+            load: a.load,
+            warnings: found,
+        }),
+        _ if failed => Err(found),
+        _ => Err(vec![Diagnostic::error("incomplete", "the scene could not be built").help("this is a fault of bhs")]),
+    }
+}
+
+/// Makes a plugin under the transform of its directive.
+fn create<T: Kind + ?Sized>(e: &Entity, registry: &Registry, context: Context, found: &mut Vec<Diagnostic>) -> Option<Box<T>> {
+    registry.create::<T>(e, Context { world_from_object: e.world_from_object, ..context }, found)
+}
+
+fn create_all<'e, T: Kind + ?Sized>(
+    entities: impl Iterator<Item = &'e Entity>,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> Vec<Option<Box<T>>> {
+    entities.map(|e| create::<T>(e, registry, context, found)).collect()
+}
+
+/// The seed, and the name of the intersector.
+fn build_options(
+    options: &[Param],
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> (u64, Spanned<String>) {
+    let default = registry.names::<dyn IntersectorBuilder>().first().copied().unwrap_or("embree");
+    let owner = Spanned::new("Option".to_owned(), options.first().map_or(Span::default(), |p| p.name.span));
+    let p = Params::new(owner, options, context);
+    let seed = p.get("seed", 0_i64, "", "seed of all random numbers");
+    let intersector = p.get("intersector", default.to_owned(), "", "what finds the surfaces along a chord");
+    let intersector = Spanned::new(intersector, p.span_of("intersector"));
+    found.extend(p.finish().0);
+    // Any 64 bits are a seed.
+    (seed as u64, intersector)
+}
+
+fn find_intersector(
+    name: &Spanned<String>,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> Option<(Span, Box<dyn IntersectorBuilder>)> {
+    let Some(plugin) = registry.find::<dyn IntersectorBuilder>(&name.value) else {
+        found.push(registry.unknown::<dyn IntersectorBuilder>(name));
+        return None;
+    };
+    let p = Params::new(name.clone(), &[], context);
+    let made = (plugin.build)(&p);
+    found.extend(p.finish().0);
+    made.map(|m| (name.span, m))
+}
+
+/// The integrators of pbrt, which are light transports here.
+const PBRT_INTEGRATORS: &[&str] = &[
+    "ambientocclusion",
+    "bdpt",
+    "lightpath",
+    "mlt",
+    "path",
+    "randomwalk",
+    "simplepath",
+    "simplevolpath",
+    "sppm",
+    "volpath",
+];
+
+fn build_integrator(
+    entity: &Entity,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> Option<(String, Box<dyn Integrator>)> {
+    let name = entity.name.value.as_str();
+    let is_transport = registry.find::<dyn LightTransport>(name).is_some();
+    if registry.find::<dyn Integrator>(name).is_none() && (is_transport || PBRT_INTEGRATORS.contains(&name)) {
+        let instead = if is_transport { name } else { "path" };
+        found.push(
+            Diagnostic::error("pbrt-integrator", format!("`{name}` is a light transport, not an integrator of light rays"))
+                .at(entity.keyword.to(entity.name.span), "")
+                .help(format!("write LightTransport \"{instead}\"; `Integrator` says how light travels here")),
+        );
+        return None;
+    }
+    Some((name.to_owned(), registry.create::<dyn Integrator>(entity, context, found)?))
+}
+
+fn build_shapes(shapes: Vec<ShapeEntity>, registry: &Registry, context: Context, found: &mut Vec<Diagnostic>) -> Vec<Part> {
+    let mut parts = Vec::with_capacity(shapes.len());
+    // Each shape's parameters, which may be a large mesh, are let go before the next one is made.
+    for (index, shape) in shapes.into_iter().enumerate() {
+        let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
+        if let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) {
+            parts.push(Part {
+                geometry: made.into_geometry(),
+                span: shape.entity.name.span,
+                index: index as u32,
+                material: shape.material,
+                area_light: shape.area_light,
+            });
+        }
+    }
+    parts
+}
+
+/// Puts findings into the order of the text, those without a place last.
+fn in_order(found: &mut [Diagnostic]) {
+    found.sort_by_key(|d| match &d.primary {
+        Some(label) => (0, label.span.file, label.span.start, d.severity == Severity::Warning),
+        None => (1, 0, 0, d.severity == Severity::Warning),
+    });
+}
+
+/// A hash of all texts, as 16 hexadecimal digits (FNV-1a, 64 bits).
+fn hash(sources: &SourceMap) -> String {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for byte in sources.iter().flat_map(|s| s.text.bytes()) {
+        hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    }
+    format!("{hash:016x}")
+}

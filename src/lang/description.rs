@@ -1,0 +1,86 @@
+//! A scene as plain data: what is to be built, with transforms and attributes resolved and no plugin made yet.
+
+use bhs_core::diagnostics::{Span, Spanned};
+use bhs_core::value::Param;
+use glam::DAffine3;
+
+/// A plugin to be made: its name, its parameters, and the place they come from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entity {
+    /// Name of the plugin.
+    pub name: Spanned<String>,
+    /// Its parameters.
+    pub params: Vec<Param>,
+    /// The whole directive.
+    pub span: Span,
+    /// The directive's first word.
+    pub keyword: Span,
+    /// Whether parts of it are missing here, because they were at fault and have been reported.
+    pub faulty: bool,
+    /// The current transform at the directive: to world space. Of a camera: from camera space.
+    pub world_from_object: DAffine3,
+}
+
+/// A material, with its name if it has one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialEntity {
+    /// What to make.
+    pub entity: Entity,
+    /// The name that `MakeNamedMaterial` gives it.
+    pub name: Option<Spanned<String>>,
+    /// Whether a shape has it.
+    pub used: bool,
+}
+
+/// An area light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AreaLightEntity {
+    /// What to make.
+    pub entity: Entity,
+    /// Whether a shape has it.
+    pub used: bool,
+}
+
+/// A shape with what it is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeEntity {
+    /// What to make.
+    pub entity: Entity,
+    /// Whether `ReverseOrientation` is in force.
+    pub reverse_orientation: bool,
+    /// Index of its material; `None` for the default one.
+    pub material: Option<usize>,
+    /// Index of its area light.
+    pub area_light: Option<usize>,
+}
+
+/// All of a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneDescription {
+    /// How light travels.
+    pub integrator: Option<Entity>,
+    /// How light is gathered.
+    pub transport: Option<Entity>,
+    /// The camera.
+    pub camera: Option<Entity>,
+    /// The film.
+    pub film: Option<Entity>,
+    /// The sampler.
+    pub sampler: Option<Entity>,
+    /// The pixel filter.
+    pub filter: Option<Entity>,
+    /// The parameters of all `Option` directives, together.
+    pub options: Vec<Param>,
+    /// The black hole.
+    pub black_hole: Option<Entity>,
+    /// Materials in the order of the scene.
+    pub materials: Vec<MaterialEntity>,
+    /// Area lights in the order of the scene.
+    pub area_lights: Vec<AreaLightEntity>,
+    /// Lights that are not surfaces.
+    pub lights: Vec<Entity>,
+    /// Shapes in the order of the scene.
+    pub shapes: Vec<ShapeEntity>,
+    /// Whether an included file could not be read, so that what is missing here may be in there.
+    pub incomplete: bool,
+}

@@ -1,0 +1,218 @@
+//! What the command line says over the scene's head.
+//!
+//! Flags become text of their own in the source map, so that what is wrong with them is reported like what is wrong with a
+//! scene, with the flag underlined.
+
+use crate::lang::description::{Entity, SceneDescription};
+use crate::lang::source::SourceMap;
+use crate::registry::{Kind, Registry};
+use bhs_core::diagnostics::{Span, Spanned};
+use bhs_core::integrator::Integrator;
+use bhs_core::transport::LightTransport;
+use bhs_core::value::{Param, ParamType, Values};
+use glam::DAffine3;
+
+/// Longer side of a picture rendered with `--quick`, at most [pixels].
+pub const QUICK_SIDE: u32 = 256;
+/// Samples a pixel with `--quick`, at most.
+pub const QUICK_SAMPLES: u32 = 16;
+
+/// Changes to a scene before it is built.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// Name of the integrator of light rays. Parameters of the scene's own one are kept where this one has them too.
+    pub integrator: Option<String>,
+    /// Name of the light transport; parameters likewise.
+    pub transport: Option<String>,
+    /// Name of the intersector.
+    pub intersector: Option<String>,
+    /// Samples a pixel.
+    pub spp: Option<u32>,
+    /// Seed.
+    pub seed: Option<u64>,
+    /// Width and height [pixels].
+    pub resolution: Option<[u32; 2]>,
+    /// x0, x1, y0, y1 of the part to render, as fractions of width and height.
+    pub crop: Option<[f64; 4]>,
+    /// File to write.
+    pub output: Option<String>,
+    /// A preview: the picture reduced, keeping its shape, to at most [`QUICK_SIDE`] pixels on its longer side, and to at most
+    /// [`QUICK_SAMPLES`] samples a pixel. `spp` and `resolution` win over it.
+    pub quick: bool,
+    /// Whether the camera does not matter, so that it may stand anywhere.
+    pub without_camera: bool,
+}
+
+/// A text that stands for the command line, while it is written.
+struct Flags {
+    text: String,
+    file: u16,
+}
+
+impl Flags {
+    /// The next text of `sources` will be this one.
+    fn new(sources: &SourceMap) -> Self {
+        Self { text: String::new(), file: sources.iter().count().min(usize::from(u16::MAX)) as u16 }
+    }
+
+    /// Adds a word; the place of it.
+    fn word(&mut self, word: &str) -> Span {
+        if !self.text.is_empty() {
+            self.text.push(' ');
+        }
+        let start = self.text.len() as u32;
+        self.text.push_str(word);
+        Span { file: self.file, start, end: self.text.len() as u32 }
+    }
+
+    /// Adds the flag and its value; the place of the value.
+    fn flag(&mut self, flag: &str, value: &str) -> Span {
+        self.word(flag);
+        self.word(value)
+    }
+
+    /// Puts the text into the source map.
+    fn finish(self, sources: &mut SourceMap, name: &str) {
+        sources.add(name, &self.text);
+    }
+}
+
+/// A parameter that the scene does not state itself.
+fn parameter(ty: ParamType, name: &str, values: Values, span: Span) -> Param {
+    Param { ty: Spanned::new(ty, span), name: Spanned::new(name.to_owned(), span), values, span }
+}
+
+/// Puts a parameter in place of one of the same name.
+fn set(params: &mut Vec<Param>, param: Param) {
+    params.retain(|p| p.name.value != param.name.value);
+    params.push(param);
+}
+
+/// Sets an integer parameter.
+pub(crate) fn set_integer(params: &mut Vec<Param>, name: &str, value: u32, span: Span) {
+    let values = Values::Numbers { values: vec![f64::from(value)], whole: true };
+    set(params, parameter(ParamType::Integer, name, values, span));
+}
+
+/// An entity that the scene does not state itself.
+fn entity(name: &str, span: Span) -> Entity {
+    Entity {
+        name: Spanned::new(name.to_owned(), span),
+        params: Vec::new(),
+        span,
+        keyword: span,
+        faulty: false,
+        world_from_object: DAffine3::IDENTITY,
+    }
+}
+
+/// The entities of a scene's options, with what the command line changes and defaults for what is not there.
+pub(crate) struct Settings {
+    pub integrator: Entity,
+    pub transport: Entity,
+    pub camera: Entity,
+    pub film: Entity,
+    pub sampler: Entity,
+    pub filter: Entity,
+    pub options: Vec<Param>,
+    /// For shapes without a material.
+    pub material: Entity,
+    /// Place of `--quick`.
+    pub quick: Span,
+}
+
+impl Settings {
+    /// Takes the options of a scene and joins them with the command line's and the defaults.
+    pub fn take(scene: &mut SceneDescription, overrides: &Overrides, registry: &Registry, sources: &mut SourceMap) -> Self {
+        let mut flags = Flags::new(sources);
+        overrides.replace_plugins(scene, registry, &mut flags);
+        let quick = if overrides.quick { flags.word("--quick") } else { Span::default() };
+        // Defaults come after the flags in the text, but flags may add to them.
+        let mut defaults = Flags { text: String::new(), file: flags.file.saturating_add(1) };
+        let mut or_default = |slot: Option<Entity>, keyword: &str, name: &str| {
+            slot.unwrap_or_else(|| entity(name, defaults.flag(keyword, &format!("\"{name}\""))))
+        };
+        let bent = if scene.black_hole.is_some() { "schwarzschild-rk4" } else { "straight" };
+        let mut settings = Self {
+            integrator: or_default(scene.integrator.take(), "Integrator", bent),
+            transport: or_default(scene.transport.take(), "LightTransport", "path"),
+            camera: or_default(scene.camera.take(), "Camera", "perspective"),
+            film: or_default(scene.film.take(), "Film", "rgb"),
+            sampler: or_default(scene.sampler.take(), "Sampler", "sobol"),
+            filter: or_default(scene.filter.take(), "PixelFilter", "box"),
+            options: std::mem::take(&mut scene.options),
+            material: or_default(None, "Material", "diffuse"),
+            quick,
+        };
+        overrides.change_parameters(&mut settings, &mut flags);
+        flags.finish(sources, "<command line>");
+        defaults.finish(sources, "<defaults>");
+        settings
+    }
+}
+
+impl Overrides {
+    fn replace_plugins(&self, scene: &mut SceneDescription, registry: &Registry, flags: &mut Flags) {
+        if let Some(name) = &self.integrator {
+            replace::<dyn Integrator>(&mut scene.integrator, name, flags.flag("--integrator", name), registry);
+        }
+        if let Some(name) = &self.transport {
+            replace::<dyn LightTransport>(&mut scene.transport, name, flags.flag("--transport", name), registry);
+        }
+        if let Some(name) = &self.intersector {
+            let span = flags.flag("--intersector", name);
+            let values = Values::Strings(vec![Spanned::new(name.clone(), span)]);
+            set(&mut scene.options, parameter(ParamType::String, "intersector", values, span));
+        }
+    }
+
+    fn change_parameters(&self, to: &mut Settings, flags: &mut Flags) {
+        let film = &mut to.film.params;
+        if let Some([x, y]) = self.resolution {
+            let span = flags.flag("--resolution", &format!("{x}x{y}"));
+            set_integer(film, "xresolution", x, span);
+            set_integer(film, "yresolution", y, span);
+        }
+        if let Some(crop) = self.crop {
+            let span = flags.flag("--crop", &crop.map(|f| f.to_string()).join(","));
+            let values = Values::Numbers { values: crop.to_vec(), whole: false };
+            set(film, parameter(ParamType::Float, "cropwindow", values, span));
+        }
+        if let Some(path) = &self.output {
+            let span = flags.flag("-o", path);
+            let values = Values::Strings(vec![Spanned::new(path.clone(), span)]);
+            set(film, parameter(ParamType::String, "filename", values, span));
+        }
+        if let Some(spp) = self.spp {
+            let span = flags.flag("--spp", &spp.to_string());
+            set_integer(&mut to.sampler.params, "pixelsamples", spp, span);
+        }
+    }
+
+    /// The resolution of a preview of a picture of the given size, if it differs.
+    pub(crate) fn quick_resolution(&self, [x, y]: [u32; 2]) -> Option<[u32; 2]> {
+        let longer = x.max(y);
+        if !self.quick || self.resolution.is_some() || longer <= QUICK_SIDE {
+            return None;
+        }
+        let reduced = |n: u32| (f64::from(n) * f64::from(QUICK_SIDE) / f64::from(longer)).round().max(1.0) as u32;
+        Some([reduced(x), reduced(y)])
+    }
+
+    /// The samples a pixel of a preview of a picture with the given number of them, if it differs.
+    pub(crate) fn quick_samples(&self, samples: u32) -> Option<u32> {
+        (self.quick && self.spp.is_none() && samples > QUICK_SAMPLES).then_some(QUICK_SAMPLES)
+    }
+}
+
+/// Puts the plugin `name` in place of the scene's, with those of its parameters that it has too.
+fn replace<T: Kind + ?Sized>(slot: &mut Option<Entity>, name: &str, span: Span, registry: &Registry) {
+    let mut new = entity(name, span);
+    if let Some(old) = slot.take() {
+        let known = registry.parameters::<T>(name);
+        let same = old.name.value == name;
+        new.params = old.params.into_iter().filter(|p| same || known.iter().any(|k| k.name == p.name.value)).collect();
+        new.faulty = old.faulty;
+    }
+    *slot = Some(new);
+}

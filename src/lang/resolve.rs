@@ -1,0 +1,317 @@
+//! Directives to a plain description of the scene: includes, transforms, attributes, names.
+//!
+//! A machine with pbrt's graphics state; it knows no plugin.
+
+use crate::lang::ast::Directive;
+use crate::lang::description::{Entity, SceneDescription};
+use crate::lang::directives::{self, Row, Section, Takes};
+use crate::lang::parse::{Directives, shorten};
+use crate::lang::source::SourceMap;
+use crate::lang::transform;
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
+use bhs_core::value::{Param, ParamType, Values};
+use glam::{DAffine3, DVec3};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// `AttributeBegin` within `AttributeBegin` that are allowed.
+pub const MAX_ATTRIBUTE_DEPTH: usize = 1000;
+
+/// Runs the directives of file number `file` and of all that it includes.
+pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Diagnostic>) {
+    let mut resolver = Resolver {
+        sources,
+        found: Vec::new(),
+        scene: SceneDescription::default(),
+        state: State {
+            ctm: DAffine3::IDENTITY,
+            reverse_orientation: false,
+            material: CurrentMaterial::Default,
+            area_light: None,
+        },
+        stack: Vec::new(),
+        too_deep: 0,
+        systems: BTreeMap::new(),
+        named: BTreeMap::new(),
+        pending: Vec::new(),
+        world: None,
+        directives: 0,
+    };
+    resolver.file(file);
+    resolver.finish(file);
+    (resolver.scene, resolver.found)
+}
+
+/// A directive whose arguments have been checked against its row.
+pub(crate) struct Call {
+    pub(super) keyword: Span,
+    pub(super) span: Span,
+    pub(super) name: Spanned<String>,
+    pub(super) numbers: Vec<f64>,
+    pub(super) numbers_span: Span,
+    pub(super) params: Vec<Param>,
+    pub(super) faulty: bool,
+}
+
+impl Call {
+    pub(super) fn point(&self, i: usize) -> DVec3 {
+        // The number of numbers has been checked.
+        DVec3::from_array(std::array::from_fn(|k| self.numbers.get(3 * i + k).copied().unwrap_or(0.0)))
+    }
+
+    pub(super) fn entity(self, world_from_object: DAffine3) -> Entity {
+        let Call { keyword, span, name, params, faulty, .. } = self;
+        Entity { name, params, span, keyword, faulty, world_from_object }
+    }
+}
+
+/// The material of the shapes that follow.
+#[derive(Clone)]
+pub(super) enum CurrentMaterial {
+    Default,
+    Index(usize),
+    Named(Spanned<String>),
+}
+
+/// What `AttributeBegin` saves and `AttributeEnd` restores.
+#[derive(Clone)]
+pub(super) struct State {
+    pub(super) ctm: DAffine3,
+    pub(super) reverse_orientation: bool,
+    pub(super) material: CurrentMaterial,
+    pub(super) area_light: Option<usize>,
+}
+
+/// The machine that runs directives.
+pub(crate) struct Resolver<'s> {
+    pub(super) sources: &'s mut SourceMap,
+    pub(super) found: Vec<Diagnostic>,
+    pub(super) scene: SceneDescription,
+    pub(super) state: State,
+    pub(super) stack: Vec<(State, Span)>,
+    /// `AttributeBegin`s beyond the greatest depth, which save nothing.
+    pub(super) too_deep: usize,
+    pub(super) systems: BTreeMap<String, DAffine3>,
+    /// Index of each named material.
+    pub(super) named: BTreeMap<String, usize>,
+    /// Shapes whose material is known by name only, which may be defined after them.
+    pub(super) pending: Vec<(usize, Spanned<String>)>,
+    /// Where the world begins.
+    pub(super) world: Option<Span>,
+    pub(super) directives: usize,
+}
+
+impl Resolver<'_> {
+    pub(super) fn file(&mut self, file: u16) {
+        let Some(text) = self.sources.get(file).map(|s| Arc::clone(&s.text)) else { return };
+        let mut directives = Directives::new(&text, file);
+        while let Some(directive) = directives.next() {
+            self.found.extend(directives.take_faults());
+            self.directives += 1;
+            self.directive(directive);
+        }
+        self.found.extend(directives.into_faults());
+    }
+
+    pub(super) fn error(&mut self, code: &'static str, message: impl Into<String>, span: Span, label: &str, help: impl Into<String>) {
+        let help = Some(help.into()).filter(|h| !h.is_empty());
+        self.found.push(Diagnostic::error(code, message).at(span, label).maybe_help(help));
+    }
+
+    fn directive(&mut self, directive: Directive) {
+        let (word, at) = (directive.keyword.value.as_str(), directive.keyword.span);
+        let Some(row) = directives::find(word) else {
+            match directives::absent(word) {
+                Some(advice) => self.error("unsupported", format!("`{word}` is not supported yet"), at, "", advice),
+                None => {
+                    let help = match did_you_mean(word, directives::keywords()) {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => String::new(),
+                    };
+                    self.error("unknown-directive", format!("unknown directive `{}`", shorten(word)), at, "", help);
+                }
+            }
+            return;
+        };
+        match (row.section, self.world) {
+            (Section::Options, Some(world)) => self.found.push(
+                Diagnostic::error("wrong-section", format!("`{word}` stands before `WorldBegin`"))
+                    .at(at, "this is in the world")
+                    .and(world, "the world begins here"),
+            ),
+            (Section::World, None) => {
+                self.error("wrong-section", format!("`{word}` stands after `WorldBegin`"), at, "the world has not begun", "");
+            }
+            _ => {}
+        }
+        if let Some(call) = self.call(row, directive) {
+            (row.run)(self, call);
+        }
+    }
+
+    /// Checks the arguments of a directive; `None` if it cannot be run.
+    fn call(&mut self, row: &Row, directive: Directive) -> Option<Call> {
+        let Directive { keyword, args, params, span, faulty } = directive;
+        let word = row.keyword;
+        let mut call = Call {
+            keyword: keyword.span,
+            span,
+            name: Spanned::new(String::new(), keyword.span),
+            numbers: Vec::new(),
+            numbers_span: keyword.span,
+            params,
+            faulty,
+        };
+        let mut args = args.into_iter().peekable();
+
+        // What the directive needs.
+        match row.takes {
+            Takes::Nothing | Takes::Params => {}
+            Takes::Numbers(count) => {
+                while let Some(arg) = args.next_if(|a| matches!(a.values, Values::Numbers { .. })) {
+                    if let Values::Numbers { values, .. } = arg.values {
+                        call.numbers_span = if call.numbers.is_empty() { arg.span } else { call.numbers_span.to(arg.span) };
+                        call.numbers.extend(values);
+                    }
+                }
+                if call.numbers.len() != count {
+                    if !faulty {
+                        let message = format!("`{word}` takes {count} numbers, found {}", call.numbers.len());
+                        self.error("wrong-count", message, call.numbers_span, "", "");
+                    }
+                    return None;
+                }
+            }
+            Takes::Name | Takes::NameAndParams => match args.peek().map(|a| &a.values) {
+                Some(Values::Strings(texts)) if texts.len() == 1 => {
+                    if let Some(Values::Strings(mut texts)) = args.next().map(|a| a.values) {
+                        call.name = texts.pop()?;
+                    }
+                }
+                _ => {
+                    if !faulty {
+                        let message = format!("`{word}` needs a name");
+                        self.error("missing-name", message, keyword.span, "", format!("write {word} \"name\""));
+                    }
+                    return None;
+                }
+            },
+        }
+
+        // What it does not take.
+        if let Some(extra) = args.next().filter(|_| !faulty) {
+            let (help, is_declaration) = match &extra.values {
+                Values::Strings(texts) => match texts.first().map(|t| t.value.split(' ').collect::<Vec<_>>()) {
+                    Some(words) if words.len() == 2 && args.peek().is_some() => {
+                        let types = ParamType::ALL.map(ParamType::word);
+                        (did_you_mean(words[0], types).map(|near| format!("did you mean \"{near} {}\"?", words[1])), true)
+                    }
+                    _ => (Some("a parameter is written \"type name\" and its value".to_owned()), false),
+                },
+                _ => (None, false),
+            };
+            let message = match is_declaration {
+                true => "unknown type of a parameter".to_owned(),
+                false => format!("`{word}` does not take {} here", extra.values.describe()),
+            };
+            self.found.push(Diagnostic::error("stray", message).at(extra.span, "").maybe_help(help));
+            call.faulty = true;
+        }
+        if !matches!(row.takes, Takes::Params | Takes::NameAndParams)
+            && let Some(first) = call.params.first()
+        {
+            let span = first.ty.span.to(first.span);
+            self.error("stray", format!("`{word}` takes no parameters"), span, "", "remove it");
+        }
+        Some(call)
+    }
+
+    /// What must hold at the end of the scene.
+    fn finish(&mut self, file: u16) {
+        for (_, begin) in std::mem::take(&mut self.stack) {
+            let help = "add `AttributeEnd`";
+            self.error("unclosed-attribute", "this `AttributeBegin` is never ended", begin, "", help);
+        }
+        if self.world.is_none() {
+            let name = self.sources.get(file).map_or("", |s| s.name.as_str());
+            let (code, message) = match self.directives {
+                0 if self.found.is_empty() => ("empty-scene", format!("the scene `{name}` is empty")),
+                _ => ("no-world", format!("the scene `{name}` has no `WorldBegin`")),
+            };
+            let help = "options such as `Camera` and `Film` come first, then `WorldBegin`, then lights and shapes";
+            self.found.push(Diagnostic::error(code, message).help(help));
+        }
+
+        // Materials may be defined after the shapes that have them.
+        let mut unknown = BTreeMap::new();
+        for (shape, name) in std::mem::take(&mut self.pending) {
+            match self.named.get(&name.value) {
+                Some(index) => self.scene.shapes[shape].material = Some(*index),
+                None => {
+                    unknown.entry(name.value).or_insert(name.span);
+                }
+            }
+        }
+        if !self.scene.incomplete {
+            for (name, span) in unknown {
+                let names = self.named.keys().map(String::as_str);
+                let help = match did_you_mean(&name, names) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!("define it: MakeNamedMaterial \"{}\" \"string type\" ...", shorten(&name)),
+                };
+                self.error("unknown-material", format!("unknown material `{}`", shorten(&name)), span, "", help);
+            }
+        }
+        for shape in &self.scene.shapes {
+            if let Some(material) = shape.material {
+                self.scene.materials[material].used = true;
+            }
+            if let Some(light) = shape.area_light {
+                self.scene.area_lights[light].used = true;
+            }
+        }
+        self.warn_unused();
+    }
+
+    fn warn_unused(&mut self) {
+        if self.scene.incomplete {
+            return;
+        }
+        for material in self.scene.materials.iter().filter(|m| !m.used) {
+            if let Some(name) = &material.name {
+                let message = format!("material `{}` is never used", shorten(&name.value));
+                self.found.push(Diagnostic::warning("unused-material", message).at(name.span, "no shape has it"));
+            }
+        }
+        for light in self.scene.area_lights.iter().filter(|l| !l.used) {
+            let message = "this area light lights nothing: no shape follows it";
+            self.found.push(Diagnostic::warning("unused-light", message).at(light.entity.keyword, ""));
+        }
+    }
+
+    /// Multiplies the current transform from the right.
+    pub(super) fn apply(&mut self, t: DAffine3, span: Span) {
+        let ctm = self.state.ctm * t;
+        if transform::is_invertible(&ctm) {
+            self.state.ctm = ctm;
+        } else {
+            let help = "the current transform is made of all transforms since the world or the file began";
+            self.error("bad-transform", "the current transform leaves the range of numbers here", span, "", help);
+        }
+    }
+
+    pub(super) fn set_once(&mut self, slot: fn(&mut SceneDescription) -> &mut Option<Entity>, what: &str, entity: Entity) {
+        match slot(&mut self.scene) {
+            Some(first) => {
+                let first = first.keyword;
+                self.found.push(
+                    Diagnostic::error("duplicate-directive", format!("the scene has {what} already"))
+                        .at(entity.keyword, "second one")
+                        .and(first, "first one")
+                        .help("remove one of the two"),
+                );
+            }
+            empty => *empty = Some(entity),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! What `bhs plugins` prints: the plugins, and their parameters as their constructors ask for them.
+
+use crate::registry::{PluginInfo, Registry};
+use bhs_core::diagnostics::did_you_mean;
+use std::fmt::Write as _;
+
+/// The name of a kind on the command line: one word.
+fn word(kind: &str) -> String {
+    match kind {
+        "light transport" => "transport".into(),
+        other => other.replace(' ', "-"),
+    }
+}
+
+/// The list of all plugins, of one kind, or of one plugin.
+///
+/// # Errors
+/// If there is no such kind or plugin, with what there is.
+pub fn render(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> Result<String, String> {
+    let all = registry.describe();
+    let kinds: Vec<String> = Registry::KINDS.iter().map(|k| word(k)).collect();
+    let mut text = String::new();
+    let Some(kind) = kind else {
+        for (kind, shown) in Registry::KINDS.iter().zip(&kinds) {
+            heading(&mut text, shown);
+            all.iter().filter(|p| p.kind == *kind).for_each(|p| summary_line(&mut text, p));
+        }
+        return Ok(text);
+    };
+    if !kinds.iter().any(|k| k == kind) {
+        return Err(unknown("kind of plugin", kind, &kinds.iter().map(String::as_str).collect::<Vec<_>>()));
+    }
+    let of_kind: Vec<&PluginInfo> = all.iter().filter(|p| word(p.kind) == kind).collect();
+    match name {
+        None => {
+            heading(&mut text, kind);
+            of_kind.iter().for_each(|p| table(&mut text, p));
+        }
+        Some(name) => match of_kind.iter().find(|p| p.name == name) {
+            Some(plugin) => table(&mut text, plugin),
+            None => return Err(unknown(kind, name, &of_kind.iter().map(|p| p.name).collect::<Vec<_>>())),
+        },
+    }
+    Ok(text)
+}
+
+fn unknown(what: &str, name: &str, there_is: &[&str]) -> String {
+    let hint = match did_you_mean(name, there_is.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there is {}", there_is.join(", ")),
+    };
+    format!("unknown {what} `{name}`; {hint}")
+}
+
+// Writing to a string cannot fail, so the results below are not looked at.
+
+fn heading(text: &mut String, kind: &str) {
+    let _ = writeln!(text, "{kind}");
+}
+
+fn summary_line(text: &mut String, plugin: &PluginInfo) {
+    let _ = writeln!(text, "  {:<20} {}", plugin.name, plugin.summary);
+}
+
+fn table(text: &mut String, plugin: &PluginInfo) {
+    summary_line(text, plugin);
+    let wide = |f: fn(&PluginInfo, usize) -> usize| (0..plugin.params.len()).map(|i| f(plugin, i)).max().unwrap_or(0);
+    let (types, names) = (wide(|p, i| p.params[i].ty.len()), wide(|p, i| p.params[i].name.len()));
+    let (defaults, units) = (wide(|p, i| p.params[i].default.len()), wide(|p, i| p.params[i].unit.len()));
+    for p in &plugin.params {
+        let _ = writeln!(
+            text,
+            "      {:<types$}  {:<names$}  {:<defaults$}  {:<units$}  {}",
+            p.ty, p.name, p.default, p.unit, p.about
+        );
+    }
+}

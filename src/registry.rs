@@ -1,0 +1,260 @@
+//! All plugins by kind, and the one way to make them from a scene.
+//!
+//! The crates' lists are named here, explicitly. A plugin from outside the tree joins with [`Registry::with`]:
+//!
+//! ```ignore
+//! let registry = Registry::builtin().with(my_crate::PLUGIN);
+//! ```
+
+use crate::lang::description::Entity;
+use bhs_core::Plugin;
+use bhs_core::camera::{Camera, Film, Filter};
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
+use bhs_core::geometry::Shape;
+use bhs_core::integrator::Integrator;
+use bhs_core::intersector::IntersectorBuilder;
+use bhs_core::light::{AreaLight, Light};
+use bhs_core::material::Material;
+use bhs_core::params::{Context, Files, ParamInfo, Params, SpectrumSource};
+use bhs_core::sampling::Sampler;
+use bhs_core::transport::LightTransport;
+use glam::DAffine3;
+
+/// A kind of plugin: the trait object that its plugins make.
+pub trait Kind: 'static {
+    /// What the language reference calls it.
+    const WORD: &'static str;
+    /// Its plugins.
+    fn list(registry: &Registry) -> &[Plugin<Self>];
+}
+
+macro_rules! kinds {
+    ($($field:ident: $variant:ident($ty:ty) = $word:literal, $list:expr;)*) => {
+        /// All plugins.
+        pub struct Registry {
+            $($field: Vec<Plugin<$ty>>,)*
+            spectra: Box<dyn SpectrumSource + Send + Sync>,
+        }
+
+        /// A plugin of any kind.
+        #[derive(Clone, Copy)]
+        pub enum AnyPlugin {
+            $(#[doc = concat!("A plugin of the kind \"", $word, "\".")] $variant(Plugin<$ty>),)*
+        }
+
+        $(
+            impl Kind for $ty {
+                const WORD: &'static str = $word;
+                fn list(registry: &Registry) -> &[Plugin<Self>] {
+                    &registry.$field
+                }
+            }
+
+            impl From<Plugin<$ty>> for AnyPlugin {
+                fn from(plugin: Plugin<$ty>) -> Self {
+                    Self::$variant(plugin)
+                }
+            }
+        )*
+
+        impl Registry {
+            /// The plugins of the tree.
+            pub fn builtin() -> Self {
+                Self { $($field: $list.to_vec(),)* spectra: Box::new(bhs_spectra::Builder) }
+            }
+
+            /// Adds a plugin; one of the same kind and name is replaced.
+            pub fn with(mut self, plugin: impl Into<AnyPlugin>) -> Self {
+                match plugin.into() {
+                    $(AnyPlugin::$variant(plugin) => {
+                        self.$field.retain(|p| p.name != plugin.name);
+                        self.$field.push(plugin);
+                    })*
+                }
+                self
+            }
+
+            /// What there is: all plugins of all kinds, with their parameters.
+            pub fn describe(&self) -> Vec<PluginInfo> {
+                let mut all = Vec::new();
+                $(all.extend(<$ty as Kind>::list(self).iter().map(|p| self.describe_one(p)));)*
+                all
+            }
+
+            /// The names of the kinds, in the order of [`Registry::describe`].
+            pub const KINDS: &'static [&'static str] = &[$($word),*];
+        }
+    };
+}
+
+kinds! {
+    integrators: Integrator(dyn Integrator) = "integrator", bhs_integrators::ALL;
+    transports: Transport(dyn LightTransport) = "light transport", bhs_transports::ALL;
+    intersectors: Intersector(dyn IntersectorBuilder) = "intersector", bhs_intersectors::ALL;
+    cameras: Camera(dyn Camera) = "camera", bhs_cameras::ALL;
+    films: Film(dyn Film) = "film", bhs_films::ALL;
+    filters: Filter(dyn Filter) = "filter", bhs_filters::ALL;
+    samplers: Sampler(dyn Sampler) = "sampler", bhs_samplers::ALL;
+    materials: Material(dyn Material) = "material", bhs_materials::ALL;
+    lights: Light(dyn Light) = "light", bhs_lights::ALL;
+    area_lights: AreaLight(dyn AreaLight) = "area light", bhs_lights::AREA;
+    shapes: Shape(dyn Shape) = "shape", bhs_shapes::ALL;
+}
+
+/// What `bhs plugins` shows of a plugin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PluginInfo {
+    /// Its kind, one of [`Registry::KINDS`].
+    pub kind: &'static str,
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, in a sentence.
+    pub summary: &'static str,
+    /// Its parameters, in the order in which its constructor asks for them.
+    pub params: Vec<ParamInfo>,
+}
+
+impl Registry {
+    /// The plugin of a kind with the given name.
+    pub fn find<T: Kind + ?Sized>(&self, name: &str) -> Option<Plugin<T>> {
+        T::list(self).iter().find(|p| p.name == name).copied()
+    }
+
+    /// The names of all plugins of a kind.
+    pub fn names<T: Kind + ?Sized>(&self) -> Vec<&'static str> {
+        T::list(self).iter().map(|p| p.name).collect()
+    }
+
+    /// The maker of spectra.
+    pub fn spectra(&self) -> &dyn SpectrumSource {
+        self.spectra.as_ref()
+    }
+
+    /// Makes the plugin that `entity` names. All that is wrong goes to `found`; a plugin may come back all the same.
+    pub fn create<T: Kind + ?Sized>(&self, entity: &Entity, context: Context, found: &mut Vec<Diagnostic>) -> Option<Box<T>> {
+        let Some(plugin) = self.find::<T>(&entity.name.value) else {
+            found.push(self.unknown::<T>(&entity.name));
+            return None;
+        };
+        let params = Params::new(entity.name.clone(), &entity.params, context);
+        let made = (plugin.build)(&params);
+        let (mut faults, _) = params.finish();
+        // What has been left out because it is at fault is not missing.
+        faults.retain(|d| !(entity.faulty && d.code == "missing-parameter"));
+        if made.is_none() && faults.is_empty() && !entity.faulty {
+            faults.push(
+                Diagnostic::error("plugin-failed", format!("{} `{}` could not be made", T::WORD, entity.name.value))
+                    .at(entity.name.span, "and does not say why")
+                    .help("this is a fault of the plugin"),
+            );
+        }
+        found.extend(faults);
+        made
+    }
+
+    /// The error that a kind has no plugin of this name.
+    pub fn unknown<T: Kind + ?Sized>(&self, name: &Spanned<String>) -> Diagnostic {
+        let names = self.names::<T>();
+        let help = match did_you_mean(&name.value, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if names.is_empty() => format!("there is no {}", T::WORD),
+            None => format!("there is {}", names.join(", ")),
+        };
+        Diagnostic::error("unknown-plugin", format!("unknown {} `{}`", T::WORD, crate::lang::parse::shorten(&name.value)))
+            .at(name.span, "")
+            .help(help)
+    }
+
+    /// The parameters that the plugin of a kind takes; empty if there is no such plugin.
+    pub fn parameters<T: Kind + ?Sized>(&self, name: &str) -> Vec<ParamInfo> {
+        self.find::<T>(name).map(|p| self.describe_one(&p).params).unwrap_or_default()
+    }
+
+    /// Runs a constructor without parameters, for its table.
+    fn describe_one<T: Kind + ?Sized>(&self, plugin: &Plugin<T>) -> PluginInfo {
+        let context = Context { resolution: [64, 64], ..bare_context(&NoFiles, self.spectra()) };
+        let params = Params::new(Spanned::new(plugin.name.to_owned(), Span::default()), &[], context);
+        // Only what it asks for counts here, not what it makes.
+        drop((plugin.build)(&params));
+        let (_, asked) = params.finish();
+        PluginInfo { kind: T::WORD, name: plugin.name, summary: plugin.summary, params: asked }
+    }
+}
+
+/// A context in which nothing of the scene is known yet.
+pub(crate) fn bare_context<'a>(files: &'a dyn Files, spectra: &'a dyn SpectrumSource) -> Context<'a> {
+    Context {
+        files,
+        spectra,
+        world_from_object: DAffine3::IDENTITY,
+        reverse_orientation: false,
+        hole: None,
+        resolution: [0, 0],
+        lambda_range: [360.0, 830.0],
+        seed: 0,
+    }
+}
+
+struct NoFiles;
+
+impl Files for NoFiles {
+    fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {
+        Err("no file is read here".into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bhs_core::camera::CameraRay;
+    use glam::{DVec2, DVec3, Vec2};
+
+    struct Nowhere;
+    impl Camera for Nowhere {
+        fn ray(&self, _: DVec2, _: Vec2) -> CameraRay {
+            CameraRay { origin: DVec3::ZERO, direction: DVec3::Z }
+        }
+        fn position(&self) -> DVec3 {
+            DVec3::ZERO
+        }
+        fn rebase(&mut self, _: DVec3) {}
+    }
+
+    fn build(p: &Params) -> Option<Box<dyn Camera>> {
+        p.get("depth", 2.0, "m", "how deep");
+        Some(Box::new(Nowhere))
+    }
+
+    #[test]
+    fn a_plugin_from_outside_is_found_described_and_made() {
+        let registry = Registry::builtin().with(Plugin::<dyn Camera> { name: "nowhere", summary: "looks at nothing", build });
+        let info = registry.describe().into_iter().find(|p| p.name == "nowhere").unwrap();
+        assert_eq!((info.kind, info.params[0].name, info.params[0].default.as_str()), ("camera", "depth", "2"));
+
+        let name = Spanned::new("nowhere".to_owned(), Span::default());
+        let mut entity = Entity {
+            name,
+            params: Vec::new(),
+            span: Span::default(),
+            keyword: Span::default(),
+            faulty: false,
+            world_from_object: DAffine3::IDENTITY,
+        };
+        let mut found = Vec::new();
+        let context = bare_context(&NoFiles, registry.spectra());
+        assert!(registry.create::<dyn Camera>(&entity, context, &mut found).is_some());
+        assert!(found.is_empty());
+        entity.name.value = "nowhare".into();
+        assert!(registry.create::<dyn Camera>(&entity, context, &mut found).is_none());
+        assert_eq!(found[0].help.as_deref(), Some("did you mean `nowhere`?"));
+    }
+
+    #[test]
+    fn all_kinds_have_plugins_and_all_plugins_a_summary() {
+        let all = Registry::builtin().describe();
+        for kind in Registry::KINDS {
+            assert!(all.iter().any(|p| p.kind == *kind), "{kind}");
+        }
+        assert!(all.iter().all(|p| !p.summary.is_empty()));
+    }
+}

@@ -1,0 +1,104 @@
+//! Findings drawn as text, with the places they are about underlined.
+
+use crate::lang::source::{SourceMap, floor_char};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
+use bhs_core::diagnostics::{Diagnostic, Label, Severity, Span};
+use std::ops::Range;
+
+/// Findings that are drawn; further ones are counted.
+pub const MAX_SHOWN: usize = 50;
+
+/// Lines between two places of one file that are drawn in one piece of text; places further apart get one each.
+const MAX_GAP: usize = 200;
+
+/// Draws all findings, one after the other, with colour on request.
+pub fn render(found: &[Diagnostic], sources: &SourceMap, color: bool) -> String {
+    let renderer = if color { Renderer::styled() } else { Renderer::plain() };
+    let mut out = String::new();
+    for diagnostic in found.iter().take(MAX_SHOWN) {
+        out += &renderer.render(&[group(diagnostic, sources)]);
+        out += "\n\n";
+    }
+    if found.len() > MAX_SHOWN {
+        out += &format!("... and {} more\n\n", found.len() - MAX_SHOWN);
+    }
+    let errors = found.iter().filter(|d| d.severity == Severity::Error).count();
+    if errors > 0 {
+        out += &format!("{errors} error{}\n", if errors == 1 { "" } else { "s" });
+    }
+    out
+}
+
+fn group<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Group<'a> {
+    let level = match d.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let mut group = level.primary_title(d.message.as_str()).elements(snippets(d, sources));
+    if let Some(help) = &d.help {
+        group = group.element(Level::HELP.message(help.as_str()));
+    }
+    // How the file came in, from the inside out.
+    let mut at = d.primary.as_ref().and_then(|p| sources.get(p.span.file)?.included_at);
+    while let Some(span) = at {
+        let Some(source) = sources.get(span.file) else { break };
+        let (line, column) = sources.line_column(span.file, span.start);
+        group = group.element(Level::NOTE.message(format!("included from {}:{line}:{column}", source.name)));
+        at = source.included_at;
+    }
+    group
+}
+
+/// The pieces of text that the labels are about.
+fn snippets<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Snippet<'a, Annotation<'a>>> {
+    // One window of lines for labels of one file that are near each other.
+    let mut windows: Vec<(u16, Range<usize>, Vec<(AnnotationKind, Range<usize>, &'a str)>)> = Vec::new();
+    let labels = d.primary.iter().map(|l| (AnnotationKind::Primary, l)).chain(d.labels.iter().map(|l| (AnnotationKind::Context, l)));
+    for (kind, Label { span, text }) in labels {
+        let Some(source) = sources.get(span.file) else { continue };
+        let place = first_line(&source.text, *span);
+        let lines = line_range(&source.text, &place);
+        let entry = (kind, place, text.as_str());
+        let near = windows.iter_mut().find(|(file, window, _)| *file == span.file && gap(&source.text, window, &lines) <= MAX_GAP);
+        match near {
+            Some((_, window, entries)) => {
+                *window = window.start.min(lines.start)..window.end.max(lines.end);
+                entries.push(entry);
+            }
+            None => windows.push((span.file, lines, vec![entry])),
+        }
+    }
+    let draw = |(file, window, entries): (u16, Range<usize>, Vec<(AnnotationKind, Range<usize>, &'a str)>)| {
+        let source = sources.get(file)?;
+        let (line, _) = sources.line_column(file, window.start as u32);
+        let annotations = entries.into_iter().map(|(kind, place, text)| {
+            let annotation = kind.span(place.start - window.start..place.end - window.start);
+            if text.is_empty() { annotation } else { annotation.label(text) }
+        });
+        let text = &source.text[window.clone()];
+        Some(Snippet::source(text).path(source.name.as_str()).line_start(line).annotations(annotations))
+    };
+    windows.into_iter().filter_map(draw).collect()
+}
+
+/// The bytes of `span` up to the end of its first line; at least one position, even where nothing is.
+fn first_line(text: &str, span: Span) -> Range<usize> {
+    let start = floor_char(text, span.start as usize);
+    let end = floor_char(text, span.end as usize).max(start);
+    let line_end = text[start..end].find('\n').map_or(end, |i| start + i);
+    let line_end = start + text[start..line_end].trim_end_matches('\r').len();
+    start..line_end
+}
+
+/// The bytes of the whole lines around `place`.
+fn line_range(text: &str, place: &Range<usize>) -> Range<usize> {
+    let start = text[..place.start].rfind('\n').map_or(0, |i| i + 1);
+    let end = text[place.end..].find('\n').map_or(text.len(), |i| place.end + i);
+    start..end
+}
+
+/// Lines between two ranges.
+fn gap(text: &str, a: &Range<usize>, b: &Range<usize>) -> usize {
+    let (from, to) = if a.start <= b.start { (a.end, b.start) } else { (b.end, a.start) };
+    if from >= to { 0 } else { text.as_bytes()[from..to].iter().filter(|b| **b == b'\n').count() }
+}
