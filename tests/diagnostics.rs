@@ -1,0 +1,177 @@
+//! Faulty scenes say what is wrong with them, where, and what to do.
+//!
+//! Every `tests/diagnostics/*.bhs` states its findings in comments above the lines they are about:
+//!
+//! ```text
+//! # error: 8-15 unknown shape `shpere`
+//! # help: did you mean `sphere`?
+//! Shape "shpere"
+//! ```
+//!
+//! with the first and the last column that is underlined, `none` at the top of the file for what has no place. `warning:` and
+//! `and:` (a second place) work likewise. `BLESS=1 cargo test --test diagnostics` writes what is found into the files.
+
+use bhs::lang::{self, Overrides, SourceMap};
+use bhs::registry::Registry;
+use bhs::report;
+use bhs_core::diagnostics::{Diagnostic, Severity, Span};
+use expect_test::{Expect, expect};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const FOLDER: &str = "tests/diagnostics";
+const MARKS: [&str; 4] = ["# error: ", "# warning: ", "# and: ", "# help: "];
+
+fn findings(path: &str, overrides: &Overrides) -> (Vec<Diagnostic>, SourceMap) {
+    let mut sources = SourceMap::new();
+    let found = match lang::load(path, &Registry::builtin(), overrides, &mut sources) {
+        Ok(built) => built.warnings,
+        Err(found) => found,
+    };
+    (found, sources)
+}
+
+/// Columns of a span on its first line.
+fn columns(sources: &SourceMap, span: Span) -> String {
+    let text = &sources.get(span.file).expect("spans lie in files").text;
+    let (_, first) = sources.line_column(span.file, span.start);
+    let underlined = text[span.start as usize..span.end as usize].lines().next().unwrap_or("");
+    match underlined.chars().count() {
+        0 | 1 => format!("{first}"),
+        n => format!("{first}-{}", first + n - 1),
+    }
+}
+
+/// The comments that the findings ask for, by file and line (line 0 for what has no place).
+fn wanted(found: &[Diagnostic], sources: &SourceMap) -> BTreeMap<u16, BTreeMap<usize, Vec<String>>> {
+    let mut wanted: BTreeMap<u16, BTreeMap<usize, Vec<String>>> = BTreeMap::new();
+    for d in found {
+        let word = match d.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        };
+        let (file, line, place) = match &d.primary {
+            Some(p) => (p.span.file, sources.line_column(p.span.file, p.span.start).0, columns(sources, p.span)),
+            None => (0, 0, "none".into()),
+        };
+        let said = d.primary.as_ref().map(|p| p.text.as_str()).filter(|t| !t.is_empty());
+        let said = said.map(|t| format!(" ({t})")).unwrap_or_default();
+        let comments = wanted.entry(file).or_default().entry(line).or_default();
+        comments.push(format!("# {word}: {place} {}{said}", d.message));
+        for l in &d.labels {
+            let line = sources.line_column(l.span.file, l.span.start).0;
+            // Comments move lines, so that the distance is all that can be stated.
+            let line = if Some(l.span.file) == d.primary.as_ref().map(|p| p.span.file) { line } else { 0 };
+            let text = original_line(sources, l.span.file, line);
+            comments.push(format!("# and: {} `{text}` {}", columns(sources, l.span), l.text));
+        }
+        comments.extend(d.help.iter().map(|h| format!("# help: {h}")));
+    }
+    wanted
+}
+
+fn original_line(sources: &SourceMap, file: u16, line: usize) -> String {
+    let text = &sources.get(file).expect("labels lie in files").text;
+    text.lines().nth(line.wrapping_sub(1)).unwrap_or("").trim().to_owned()
+}
+
+/// A file with the comments that are wanted, in place of those that it has.
+fn annotated(text: &str, wanted: &BTreeMap<usize, Vec<String>>) -> String {
+    let mut out: Vec<&str> = Vec::new();
+    out.extend(wanted.get(&0).into_iter().flatten().map(String::as_str));
+    for (number, line) in text.split_inclusive('\n').enumerate() {
+        if MARKS.iter().any(|m| line.starts_with(m)) {
+            continue;
+        }
+        out.extend(wanted.get(&(number + 1)).into_iter().flatten().map(String::as_str));
+        out.push(line);
+    }
+    out.iter().map(|l| if l.ends_with('\n') || l == out.last().unwrap_or(&"") { (*l).to_owned() } else { format!("{l}\n") }).collect()
+}
+
+/// What a scene's files should say and do not; writes it into them if asked to.
+fn check(path: &Path, bless: bool) -> Vec<String> {
+    let (found, sources) = findings(&path.to_string_lossy(), &Overrides::default());
+    let wanted = wanted(&found, &sources);
+    let mut wrong = Vec::new();
+    for (number, source) in sources.iter().enumerate() {
+        if source.name.starts_with('<') {
+            continue;
+        }
+        let nothing = BTreeMap::new();
+        let expected = annotated(&source.text, wanted.get(&(number as u16)).unwrap_or(&nothing));
+        if *expected != *source.text {
+            if bless {
+                fs::write(&source.name, &expected).expect("the scenes can be written");
+            }
+            wrong.push(format!("--- {} should read\n{expected}", source.name));
+        }
+    }
+    if found.is_empty() {
+        wrong.push(format!("--- {}: nothing is wrong with it", path.display()));
+    }
+    wrong
+}
+
+fn scenes() -> Vec<PathBuf> {
+    let entries = fs::read_dir(FOLDER).expect("the folder is there").map(|e| e.expect("and can be read").path());
+    let mut scenes: Vec<PathBuf> = entries.filter(|p| p.extension().is_some_and(|e| e == "bhs")).collect();
+    scenes.sort();
+    scenes
+}
+
+#[test]
+fn faulty_scenes_say_what_is_wrong() {
+    let bless = std::env::var_os("BLESS").is_some();
+    let scenes = scenes();
+    assert!(scenes.len() >= 30, "only {} scenes", scenes.len());
+    let wrong: Vec<String> = scenes.iter().flat_map(|s| check(s, bless)).collect();
+    assert!(wrong.is_empty(), "{}\nBLESS=1 writes this into the scenes", wrong.join("\n"));
+}
+
+fn rendering(scene: &str, overrides: &Overrides, expected: &Expect) {
+    let (found, sources) = findings(&format!("{FOLDER}/{scene}.bhs"), overrides);
+    expected.assert_eq(&report::render(&found, &sources, false));
+}
+
+#[test]
+fn the_look_of_a_misspelt_parameter() {
+    rendering("unknown_parameter", &Overrides::default(), &expect![[r#""#]]);
+}
+
+#[test]
+fn the_look_of_an_error_in_an_included_file() {
+    rendering("in_include", &Overrides::default(), &expect![[r#""#]]);
+}
+
+#[test]
+fn the_look_of_two_places_and_a_flag() {
+    let overrides = Overrides { integrator: Some("schwarzschild-rk5".into()), ..Default::default() };
+    rendering("two_holes", &overrides, &expect![[r#""#]]);
+}
+
+#[test]
+fn a_missing_scene_is_an_error_and_so_is_a_folder() {
+    for (path, message) in [
+        ("tests/diagnostics/unknown_paramter.bhs", "there is no such file in `tests/diagnostics`; did you mean `unknown_parameter.bhs`?"),
+        ("tests/diagnostics", "it is a directory"),
+        ("tests/nowhere/scene.bhs", "there is no folder `tests/nowhere`"),
+    ] {
+        let (found, _) = findings(path, &Overrides::default());
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].message, format!("cannot read the scene `{path}`: {message}"));
+    }
+}
+
+#[test]
+fn many_errors_are_counted() {
+    let mut sources = SourceMap::new();
+    let file = sources.add("many", &"Nonsense\n".repeat(120));
+    let (description, found) = lang::resolve::resolve(&mut sources, file);
+    let Err(found) = lang::build(description, found, &Registry::builtin(), &Overrides::default(), &mut sources) else {
+        panic!("it is faulty")
+    };
+    let text = report::render(&found, &sources, false);
+    assert!(text.ends_with("... and 71 more\n\n121 errors\n"), "{text}");
+}
