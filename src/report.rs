@@ -53,13 +53,15 @@ fn group<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Group<'a> {
 fn snippets<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Snippet<'a, Annotation<'a>>> {
     // One window of lines for labels of one file that are near each other.
     let mut windows: Vec<(u16, Range<usize>, Vec<(AnnotationKind, Range<usize>, &'a str)>)> = Vec::new();
-    let labels = d.primary.iter().map(|l| (AnnotationKind::Primary, l)).chain(d.labels.iter().map(|l| (AnnotationKind::Context, l)));
+    let labels =
+        d.primary.iter().map(|l| (AnnotationKind::Primary, l)).chain(d.labels.iter().map(|l| (AnnotationKind::Context, l)));
     for (kind, Label { span, text }) in labels {
         let Some(source) = sources.get(span.file) else { continue };
         let place = first_line(&source.text, *span);
         let lines = line_range(&source.text, &place);
         let entry = (kind, place, text.as_str());
-        let near = windows.iter_mut().find(|(file, window, _)| *file == span.file && gap(&source.text, window, &lines) <= MAX_GAP);
+        let near =
+            windows.iter_mut().find(|(file, window, _)| *file == span.file && gap(&source.text, window, &lines) <= MAX_GAP);
         match near {
             Some((_, window, entries)) => {
                 *window = window.start.min(lines.start)..window.end.max(lines.end);

@@ -37,7 +37,7 @@ fn run(dir: &Path, args: &[&str]) -> (i32, String, String) {
     (out.status.code().unwrap_or(-1), text(&out.stdout), text(&out.stderr))
 }
 
-const LIT: &str = "LightSource \"infinite\" \"float L\" 1\nShape \"sphere\"";
+const LIT: &str = "LightSource \"infinite\" \"float L\" 1\nTranslate 0 0 3\nShape \"sphere\"";
 
 #[test]
 fn render_writes_an_exr_and_a_png_and_says_so() {

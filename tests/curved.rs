@@ -16,11 +16,11 @@ fn room(options: &str, hole: &str) -> String {
         {options}
         Sampler "sobol" "integer pixelsamples" 8
         Film "rgb" "integer xresolution" 48 "integer yresolution" 36
-        Include "include/camera.bhs"
+        Include "scenes/include/camera.bhs"
         WorldBegin
         {hole}
-        Include "include/room.bhs"
-        Include "include/spheres.bhs"
+        Include "scenes/include/room.bhs"
+        Include "scenes/include/spheres.bhs"
         "#
     )
 }
@@ -166,12 +166,12 @@ fn a_scene_far_from_the_origin_is_the_same_scene() {
             r#"
             Sampler "sobol" "integer pixelsamples" 4
             Film "rgb" "integer xresolution" 32 "integer yresolution" 24
-            LookAt {x} 0.75 -3.2  {x} 0.75 0  0 1 0
+            LookAt {x} 0.75 3.18  {x} 0.75 0  0 1 0
             Camera "perspective" "float fov" 40
             WorldBegin
             Translate {x} 0 0
             BlackHole "schwarzschild" "point3 center" [0 0.8 0] "float rs" 0.1
-            Include "include/room.bhs"
+            Include "scenes/include/room.bhs"
             "#
         );
         let built = common::build(&text);

@@ -61,8 +61,7 @@ fn wanted(found: &[Diagnostic], sources: &SourceMap) -> BTreeMap<u16, BTreeMap<u
         comments.push(format!("# {word}: {place} {}{said}", d.message));
         for l in &d.labels {
             let line = sources.line_column(l.span.file, l.span.start).0;
-            // Comments move lines, so that the distance is all that can be stated.
-            let line = if Some(l.span.file) == d.primary.as_ref().map(|p| p.span.file) { line } else { 0 };
+            // Comments move lines, so that its text stands for the line.
             let text = original_line(sources, l.span.file, line);
             comments.push(format!("# and: {} `{text}` {}", columns(sources, l.span), l.text));
         }
@@ -87,7 +86,9 @@ fn annotated(text: &str, wanted: &BTreeMap<usize, Vec<String>>) -> String {
         out.extend(wanted.get(&(number + 1)).into_iter().flatten().map(String::as_str));
         out.push(line);
     }
-    out.iter().map(|l| if l.ends_with('\n') || l == out.last().unwrap_or(&"") { (*l).to_owned() } else { format!("{l}\n") }).collect()
+    out.iter()
+        .map(|l| if l.ends_with('\n') || l == out.last().unwrap_or(&"") { (*l).to_owned() } else { format!("{l}\n") })
+        .collect()
 }
 
 /// What a scene's files should say and do not; writes it into them if asked to.
@@ -137,24 +138,112 @@ fn rendering(scene: &str, overrides: &Overrides, expected: &Expect) {
 
 #[test]
 fn the_look_of_a_misspelt_parameter() {
-    rendering("unknown_parameter", &Overrides::default(), &expect![[r#""#]]);
+    rendering("unknown_parameter", &Overrides::default(), &expect![[r#"
+        error: unknown parameter `stepp`
+         --> tests/diagnostics/unknown_parameter.bhs:3:39
+          |
+        3 | Integrator "schwarzschild-rk4" "float stepp" 0.1
+          |                                       ^^^^^ `schwarzschild-rk4` has no such parameter
+          |
+          = help: did you mean `step`?
+
+        error: unknown parameter `yres`
+         --> tests/diagnostics/unknown_parameter.bhs:7:14
+          |
+        7 |     "integer yres" 64
+          |              ^^^^ `rgb` has no such parameter
+          |
+          = help: `rgb` takes xresolution, yresolution, cropwindow, filename, lambdamin, lambdamax, exposure, tonecurve
+
+        error: unknown parameter `centre`
+          --> tests/diagnostics/unknown_parameter.bhs:12:50
+           |
+        12 | BlackHole "schwarzschild" "float rs" 0.1 "point3 centre" [0 1 5]
+           |                                                  ^^^^^^ `schwarzschild` has no such parameter
+           |
+           = help: did you mean `center`?
+
+        error: unknown parameter `reflectence`
+          --> tests/diagnostics/unknown_parameter.bhs:15:25
+           |
+        15 | Material "diffuse" "rgb reflectence" [0.5 0.5 0.5]
+           |                         ^^^^^^^^^^^ `diffuse` has no such parameter
+           |
+           = help: did you mean `reflectance`?
+
+        error: unknown parameter `colour`
+          --> tests/diagnostics/unknown_parameter.bhs:18:40
+           |
+        18 | Shape "sphere" "float radius" 1 "float colour" 3
+           |                                        ^^^^^^ `sphere` has no such parameter
+           |
+           = help: `sphere` takes radius, zmin, zmax, phimax
+
+        5 errors
+    "#]]);
 }
 
 #[test]
 fn the_look_of_an_error_in_an_included_file() {
-    rendering("in_include", &Overrides::default(), &expect![[r#""#]]);
+    rendering("in_include", &Overrides::default(), &expect![[r#"
+        error: this list is never closed
+         --> tests/diagnostics/include/inner.bhs:3:31
+          |
+        3 | Shape "sphere" "float radius" [1
+          |                               ^ opened here
+          |
+          = help: add a `]`
+          = note: included from tests/diagnostics/include/outer.bhs:1:9
+          = note: included from tests/diagnostics/in_include.bhs:3:9
+
+        error: unknown shape `spehre`
+         --> tests/diagnostics/include/inner.bhs:6:7
+          |
+        6 | Shape "spehre"
+          |       ^^^^^^^^
+          |
+          = help: did you mean `sphere`?
+          = note: included from tests/diagnostics/include/outer.bhs:1:9
+          = note: included from tests/diagnostics/in_include.bhs:3:9
+
+        2 errors
+    "#]]);
 }
 
 #[test]
 fn the_look_of_two_places_and_a_flag() {
     let overrides = Overrides { integrator: Some("schwarzschild-rk5".into()), ..Default::default() };
-    rendering("two_holes", &overrides, &expect![[r#""#]]);
+    rendering("two_holes", &overrides, &expect![[r#"
+        error: the scene has a black hole already
+         --> tests/diagnostics/two_holes.bhs:7:1
+          |
+        3 | BlackHole "schwarzschild" "point3 center" [0 0 5] "float rs" 0.1
+          | --------- first one
+        ...
+        7 | BlackHole "schwarzschild" "point3 center" [0 0 9] "float rs" 0.1
+          | ^^^^^^^^^ second one
+          |
+          = help: remove one of the two
+
+        error: unknown integrator `schwarzschild-rk5`
+         --> <command line>:1:14
+          |
+        1 | --integrator schwarzschild-rk5
+          |              ^^^^^^^^^^^^^^^^^
+          |
+          = help: did you mean `schwarzschild-rk4`?
+
+        2 errors
+    "#]]);
 }
 
 #[test]
 fn a_missing_scene_is_an_error_and_so_is_a_folder() {
     for (path, message) in [
-        ("tests/diagnostics/unknown_paramter.bhs", "there is no such file in `tests/diagnostics`; did you mean `unknown_parameter.bhs`?"),
+        (
+            "tests/diagnostics/unknown_paramter.bhs",
+            "there is no such file in `tests/diagnostics`; did you mean `unknown_parameter.bhs`?",
+        ),
         ("tests/diagnostics", "it is a directory"),
         ("tests/nowhere/scene.bhs", "there is no folder `tests/nowhere`"),
     ] {

@@ -78,7 +78,9 @@ pub(super) fn assemble(
         camera.rebase(origin);
         camera
     });
-    if let (Some(camera), Some((span, hole)), false) = (&camera, bending_hole, overrides.without_camera) {
+    // Where a camera is missing, it may be for another fault.
+    let unknown_camera = overrides.without_camera || (camera_span.is_none() && has_errors(found));
+    if let (Some(camera), Some((span, hole)), false) = (&camera, bending_hole, unknown_camera) {
         check_camera(camera.as_ref(), camera_span, span, &hole, found);
     }
     warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
@@ -199,8 +201,8 @@ fn to_render_space(
             load.triangles += mesh.triangles.len() as u64;
             load.zero_area_triangles += dropped as u64;
             if mesh.triangles.is_empty() {
-                let message = format!("this shape has no surface: all of its {dropped} triangles are without area");
-                found.push(Diagnostic::warning("empty-shape", message).at(span, ""));
+                let message = "this shape has no surface: it has no triangle with an area";
+                found.push(Diagnostic::warning("empty-shape", message).at(span, format!("{dropped} without area")));
             }
             Geometry::Mesh(Arc::new(mesh))
         }

@@ -112,7 +112,12 @@ pub fn build(
         lambda_range: context.lambda_range,
         materials: create_all::<dyn Material>(description.materials.iter().map(|m| &m.entity), registry, context, &mut found),
         default_material: create::<dyn Material>(&settings.material, registry, context, &mut found),
-        area_lights: create_all::<dyn AreaLight>(description.area_lights.iter().map(|l| &l.entity), registry, context, &mut found),
+        area_lights: create_all::<dyn AreaLight>(
+            description.area_lights.iter().map(|l| &l.entity),
+            registry,
+            context,
+            &mut found,
+        ),
         lights: create_all::<dyn Light>(description.lights.iter(), registry, context, &mut found),
         shapes: build_shapes(std::mem::take(&mut description.shapes), registry, context, &mut found),
         hole,
@@ -192,18 +197,8 @@ fn find_intersector(
 }
 
 /// The integrators of pbrt, which are light transports here.
-const PBRT_INTEGRATORS: &[&str] = &[
-    "ambientocclusion",
-    "bdpt",
-    "lightpath",
-    "mlt",
-    "path",
-    "randomwalk",
-    "simplepath",
-    "simplevolpath",
-    "sppm",
-    "volpath",
-];
+const PBRT_INTEGRATORS: &[&str] =
+    &["ambientocclusion", "bdpt", "lightpath", "mlt", "path", "randomwalk", "simplepath", "simplevolpath", "sppm", "volpath"];
 
 fn build_integrator(
     entity: &Entity,

@@ -107,6 +107,24 @@ pub(crate) fn absent(keyword: &str) -> Option<&'static str> {
     ABSENT.iter().find(|(name, _)| *name == keyword).map(|(_, advice)| *advice)
 }
 
+/// A name that may follow a directive.
+pub(crate) fn example_name(keyword: &str) -> &'static str {
+    match keyword {
+        "AreaLightSource" | "Material" => "diffuse",
+        "BlackHole" => "schwarzschild",
+        "Camera" => "perspective",
+        "Film" => "rgb",
+        "Include" => "file.bhs",
+        "Integrator" => "straight",
+        "LightSource" => "infinite",
+        "LightTransport" => "path",
+        "PixelFilter" => "box",
+        "Sampler" => "sobol",
+        "Shape" => "sphere",
+        _ => "name",
+    }
+}
+
 /// The words of all directives.
 pub(crate) fn keywords() -> impl Iterator<Item = &'static str> {
     DIRECTIVES.iter().map(|row| row.keyword)
@@ -183,7 +201,13 @@ impl Resolver<'_> {
     pub(crate) fn scale(&mut self, call: Call) {
         let factors = call.point(0);
         if factors.cmpeq(DVec3::ZERO).any() {
-            return self.error("bad-transform", "a scale of 0 flattens what follows", call.numbers_span, "", "use 1 to keep a size");
+            return self.error(
+                "bad-transform",
+                "a scale of 0 flattens what follows",
+                call.numbers_span,
+                "",
+                "use 1 to keep a size",
+            );
         }
         self.apply(DAffine3::from_scale(factors), call.numbers_span);
     }
@@ -288,7 +312,9 @@ impl Resolver<'_> {
         // The plugin's name is the parameter "string type".
         let at = call.params.iter().position(|p| p.name.value == "type");
         call.name = match at.map(|i| call.params.remove(i)) {
-            Some(Param { ty, values: Values::Strings(mut s), .. }) if ty.value == ParamType::String && s.len() == 1 => s.remove(0),
+            Some(Param { ty, values: Values::Strings(mut s), .. }) if ty.value == ParamType::String && s.len() == 1 => {
+                s.remove(0)
+            }
             Some(other) => {
                 let span = other.ty.span.to(other.span);
                 return self.error("wrong-type", "`type` is a string", span, "", "such as \"string type\" \"diffuse\"");

@@ -8,8 +8,8 @@
 //!
 //! Every step yields its result *and* all faults that it found, with their places in the text.
 
-pub mod ast;
 mod assemble;
+pub mod ast;
 pub mod build;
 pub mod description;
 mod directives;
@@ -41,6 +41,22 @@ pub fn load(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     let file = sources.open(path).map_err(|d| vec![*d])?;
+    let (description, found) = resolve::resolve(sources, file);
+    build(description, found, registry, overrides, sources)
+}
+
+/// Builds the scene `text`; `name` stands for its file in messages, and relative paths start at the current folder.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_text(
+    name: &str,
+    text: &str,
+    registry: &Registry,
+    overrides: &Overrides,
+    sources: &mut SourceMap,
+) -> Result<BuiltScene, Vec<Diagnostic>> {
+    let file = sources.add(name, text);
     let (description, found) = resolve::resolve(sources, file);
     build(description, found, registry, overrides, sources)
 }

@@ -31,6 +31,7 @@ pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Dia
         },
         stack: Vec::new(),
         too_deep: 0,
+        too_early: Vec::new(),
         systems: BTreeMap::new(),
         named: BTreeMap::new(),
         pending: Vec::new(),
@@ -91,6 +92,8 @@ pub(crate) struct Resolver<'s> {
     pub(super) stack: Vec<(State, Span)>,
     /// `AttributeBegin`s beyond the greatest depth, which save nothing.
     pub(super) too_deep: usize,
+    /// Directives of the world before it begins.
+    pub(super) too_early: Vec<Spanned<String>>,
     pub(super) systems: BTreeMap<String, DAffine3>,
     /// Index of each named material.
     pub(super) named: BTreeMap<String, usize>,
@@ -113,7 +116,14 @@ impl Resolver<'_> {
         self.found.extend(directives.into_faults());
     }
 
-    pub(super) fn error(&mut self, code: &'static str, message: impl Into<String>, span: Span, label: &str, help: impl Into<String>) {
+    pub(super) fn error(
+        &mut self,
+        code: &'static str,
+        message: impl Into<String>,
+        span: Span,
+        label: &str,
+        help: impl Into<String>,
+    ) {
         let help = Some(help.into()).filter(|h| !h.is_empty());
         self.found.push(Diagnostic::error(code, message).at(span, label).maybe_help(help));
     }
@@ -134,14 +144,11 @@ impl Resolver<'_> {
             return;
         };
         match (row.section, self.world) {
-            (Section::Options, Some(world)) => self.found.push(
-                Diagnostic::error("wrong-section", format!("`{word}` stands before `WorldBegin`"))
-                    .at(at, "this is in the world")
-                    .and(world, "the world begins here"),
-            ),
-            (Section::World, None) => {
-                self.error("wrong-section", format!("`{word}` stands after `WorldBegin`"), at, "the world has not begun", "");
+            (Section::Options, Some(world)) => {
+                let error = Diagnostic::error("wrong-section", format!("`{word}` stands before `WorldBegin`"));
+                return self.found.push(error.at(at, "this is in the world").and(world, "the world begins here"));
             }
+            (Section::World, None) => self.too_early.push(directive.keyword.clone()),
             _ => {}
         }
         if let Some(call) = self.call(row, directive) {
@@ -190,8 +197,8 @@ impl Resolver<'_> {
                 }
                 _ => {
                     if !faulty {
-                        let message = format!("`{word}` needs a name");
-                        self.error("missing-name", message, keyword.span, "", format!("write {word} \"name\""));
+                        let help = format!("such as {word} \"{}\"", directives::example_name(word));
+                        self.error("missing-name", format!("`{word}` needs a name"), keyword.span, "", help);
                     }
                     return None;
                 }
@@ -232,15 +239,7 @@ impl Resolver<'_> {
             let help = "add `AttributeEnd`";
             self.error("unclosed-attribute", "this `AttributeBegin` is never ended", begin, "", help);
         }
-        if self.world.is_none() {
-            let name = self.sources.get(file).map_or("", |s| s.name.as_str());
-            let (code, message) = match self.directives {
-                0 if self.found.is_empty() => ("empty-scene", format!("the scene `{name}` is empty")),
-                _ => ("no-world", format!("the scene `{name}` has no `WorldBegin`")),
-            };
-            let help = "options such as `Camera` and `Film` come first, then `WorldBegin`, then lights and shapes";
-            self.found.push(Diagnostic::error(code, message).help(help));
-        }
+        self.check_world(file);
 
         // Materials may be defined after the shapes that have them.
         let mut unknown = BTreeMap::new();
@@ -271,6 +270,27 @@ impl Resolver<'_> {
             }
         }
         self.warn_unused();
+    }
+
+    fn check_world(&mut self, file: u16) {
+        let too_early = std::mem::take(&mut self.too_early);
+        if self.world.is_some() {
+            for Spanned { value: word, span } in too_early {
+                self.error("wrong-section", format!("`{word}` stands after `WorldBegin`"), span, "the world has not begun", "");
+            }
+            return;
+        }
+        let name = self.sources.get(file).map_or("", |s| s.name.as_str());
+        let help = "options such as `Camera` and `Film` come first, then `WorldBegin`, then lights and shapes";
+        let error = match self.directives {
+            0 if self.found.is_empty() => Diagnostic::error("empty-scene", format!("the scene `{name}` is empty")),
+            _ => Diagnostic::error("no-world", format!("the scene `{name}` has no `WorldBegin`")),
+        };
+        // It belongs before the first directive of the world.
+        self.found.push(match too_early.first() {
+            Some(first) => error.at(first.span, "the world has not begun").help("write `WorldBegin` before this"),
+            None => error.help(help),
+        });
     }
 
     fn warn_unused(&mut self) {

@@ -72,7 +72,7 @@ impl SourceMap {
 
         // Follow the chain of includes up to the scene.
         let identity = full.canonicalize().ok();
-        let mut depth = 1;
+        let mut depth = 0;
         let mut at = Some(span);
         while let Some(here) = at {
             let source = &self.sources[usize::from(here.file)];
@@ -152,7 +152,11 @@ impl SourceMap {
                 let (at, bytes) = (e.utf8_error().valid_up_to(), e.as_bytes());
                 let line = bytes[..at].iter().filter(|b| **b == b'\n').count() + 1;
                 let message = format!("`{name}` is not UTF-8 text: line {line} holds the byte 0x{:02x}", bytes[at]);
-                return Err(refuse("not-utf8", message, "save it as UTF-8; meshes and images are named in a scene, not included"));
+                return Err(refuse(
+                    "not-utf8",
+                    message,
+                    "save it as UTF-8; meshes and images are named in a scene, not included",
+                ));
             }
         };
         let text: Arc<str> = text.strip_prefix('\u{feff}').unwrap_or(&text).into();

@@ -93,7 +93,8 @@ fn attributes_are_restored_and_names_are_resolved_at_the_end() {
 
 #[test]
 fn names_may_look_like_declarations() {
-    let text = "WorldBegin MakeNamedMaterial \"normal gold\" \"string type\" \"diffuse\" NamedMaterial \"normal gold\" Shape \"sphere\"";
+    let text =
+        "WorldBegin MakeNamedMaterial \"normal gold\" \"string type\" \"diffuse\" NamedMaterial \"normal gold\" Shape \"sphere\"";
     assert_eq!(shapes(text)[0].material, Some(0));
 }
 
@@ -123,7 +124,8 @@ fn where_nothing_bends_light_the_integrator_is_straight() {
     let no_size = "WorldBegin LightSource \"infinite\" BlackHole \"schwarzschild\" \"float rs\" 0";
     let scene = built(no_size);
     assert_eq!((scene.integrator_name.as_str(), scene.scene.world.hole.is_none()), ("straight", true));
-    let hole = "WorldBegin LightSource \"infinite\" Scale 2 2 2 BlackHole \"schwarzschild\" \"float rs\" 0.1 \"point3 center\" [1 0 2]";
+    let hole =
+        "WorldBegin LightSource \"infinite\" Scale 2 2 2 BlackHole \"schwarzschild\" \"float rs\" 0.1 \"point3 center\" [1 0 2]";
     let scene = built(hole);
     assert_eq!(scene.integrator_name, "schwarzschild-rk4");
     let hole = scene.scene.world.hole.unwrap();
@@ -166,7 +168,8 @@ fn lamps_are_chosen_by_power_and_shapes_keep_their_numbers() {
 
 #[test]
 fn flags_win_over_the_scene() {
-    let text = "Film \"rgb\" \"integer xresolution\" 1000 \"integer yresolution\" 500 Sampler \"sobol\" \"integer pixelsamples\" 64
+    let text =
+        "Film \"rgb\" \"integer xresolution\" 1000 \"integer yresolution\" 500 Sampler \"sobol\" \"integer pixelsamples\" 64
         Option \"integer seed\" 3 LightTransport \"path\" \"integer maxdepth\" 7
         WorldBegin LightSource \"infinite\" BlackHole \"schwarzschild\" \"point3 center\" [0 0 5] \"float rs\" 0.1";
     let scene = built(text);
@@ -262,9 +265,41 @@ fn survives(text: &str) {
 
 fn token() -> impl Strategy<Value = String> {
     let fixed = [
-        "\"", "[", "]", "#", "\n", "\\", "\"float", "x\"", "\"rgb L\"", "\"string type\"", "\"diffuse\"", "\"sphere\"", "\"point3 P\"",
-        "\"integer indices\"", "1e999", "nan", "-inf", "true", "false", "\u{feff}", "é", "\"é ü\"", "\r\n", "1 2 3", "[0 1 2]", "\"a\"",
-        "Include", "Nonsense", "worldbegin", "\"trianglemesh\"", "\"schwarzschild\"", "\"float rs\"", "\"perspective\"", "1e300", "\0",
+        "\"",
+        "[",
+        "]",
+        "#",
+        "\n",
+        "\\",
+        "\"float",
+        "x\"",
+        "\"rgb L\"",
+        "\"string type\"",
+        "\"diffuse\"",
+        "\"sphere\"",
+        "\"point3 P\"",
+        "\"integer indices\"",
+        "1e999",
+        "nan",
+        "-inf",
+        "true",
+        "false",
+        "\u{feff}",
+        "é",
+        "\"é ü\"",
+        "\r\n",
+        "1 2 3",
+        "[0 1 2]",
+        "\"a\"",
+        "Include",
+        "Nonsense",
+        "worldbegin",
+        "\"trianglemesh\"",
+        "\"schwarzschild\"",
+        "\"float rs\"",
+        "\"perspective\"",
+        "1e300",
+        "\0",
     ];
     prop_oneof![
         3 => proptest::sample::select(fixed.to_vec()).prop_map(str::to_owned),

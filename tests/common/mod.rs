@@ -18,7 +18,7 @@ pub fn read(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("cannot read {path}: {e}"))
 }
 
-/// Builds a scene from text; relative paths start at the project's `scenes` folder.
+/// Builds a scene from text; relative paths start at the project's root, where Cargo starts tests.
 pub fn build(text: &str) -> BuiltScene {
     build_with(text, &Overrides::default())
 }
@@ -26,8 +26,7 @@ pub fn build(text: &str) -> BuiltScene {
 /// Builds a scene from text, with changes.
 pub fn build_with(text: &str, overrides: &Overrides) -> BuiltScene {
     let mut sources = SourceMap::new();
-    let name = root().join("scenes/test.bhs");
-    match lang::load_text(&name.to_string_lossy(), text, &Registry::builtin(), overrides, &mut sources) {
+    match lang::load_text("test.bhs", text, &Registry::builtin(), overrides, &mut sources) {
         Ok(built) => built,
         Err(found) => panic!("{}", bhs::report::render(&found, &sources, false)),
     }

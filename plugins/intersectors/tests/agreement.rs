@@ -69,8 +69,9 @@ fn segment(random: &mut Random) -> Segment {
 fn scene(random: &mut Random) -> Vec<Geometry> {
     let mut geometries = Vec::new();
     for _ in 0..1 + (4.0 * random.unit()) as usize {
+        let triangles = 1 + (300.0 * random.unit()) as u32;
         geometries.push(match random.unit() {
-            x if x < 0.4 => shared(soup(random, 1 + (300.0 * random.unit()) as u32)),
+            x if x < 0.4 => shared(soup(random, triangles)),
             x if x < 0.5 => shared(icosphere(3)),
             x if x < 0.6 => shared(cube(5)),
             _ => ball(random.point(), 10f64.powf(-3.0 * random.unit())),
