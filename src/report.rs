@@ -49,10 +49,17 @@ fn group<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Group<'a> {
     group
 }
 
+/// Whole lines of a file, with what is underlined in them.
+struct Window<'a> {
+    file: u16,
+    lines: Range<usize>,
+    labels: Vec<(AnnotationKind, Range<usize>, &'a str)>,
+}
+
 /// The pieces of text that the labels are about.
 fn snippets<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Snippet<'a, Annotation<'a>>> {
     // One window of lines for labels of one file that are near each other.
-    let mut windows: Vec<(u16, Range<usize>, Vec<(AnnotationKind, Range<usize>, &'a str)>)> = Vec::new();
+    let mut windows: Vec<Window> = Vec::new();
     let labels =
         d.primary.iter().map(|l| (AnnotationKind::Primary, l)).chain(d.labels.iter().map(|l| (AnnotationKind::Context, l)));
     for (kind, Label { span, text }) in labels {
@@ -60,30 +67,31 @@ fn snippets<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Snippet<'a, An
         let place = first_line(&source.text, *span);
         let lines = line_range(&source.text, &place);
         let entry = (kind, place, text.as_str());
-        let near =
-            windows.iter_mut().find(|(file, window, _)| *file == span.file && gap(&source.text, window, &lines) <= MAX_GAP);
+        let near = windows.iter_mut().find(|w| w.file == span.file && gap(&source.text, &w.lines, &lines) <= MAX_GAP);
         match near {
-            Some((_, window, entries)) => {
-                *window = window.start.min(lines.start)..window.end.max(lines.end);
-                entries.push(entry);
+            Some(window) => {
+                window.lines = window.lines.start.min(lines.start)..window.lines.end.max(lines.end);
+                window.labels.push(entry);
             }
-            None => windows.push((span.file, lines, vec![entry])),
+            None => windows.push(Window { file: span.file, lines, labels: vec![entry] }),
         }
     }
-    let draw = |(file, window, entries): (u16, Range<usize>, Vec<(AnnotationKind, Range<usize>, &'a str)>)| {
-        let source = sources.get(file)?;
-        let (line, _) = sources.line_column(file, window.start as u32);
-        let annotations = entries.into_iter().map(|(kind, place, text)| {
-            let annotation = kind.span(place.start - window.start..place.end - window.start);
-            if text.is_empty() { annotation } else { annotation.label(text) }
-        });
-        let text = &source.text[window.clone()];
-        Some(Snippet::source(text).path(source.name.as_str()).line_start(line).annotations(annotations))
-    };
-    windows.into_iter().filter_map(draw).collect()
+    windows.into_iter().filter_map(|window| draw(window, sources)).collect()
 }
 
-/// The bytes of `span` up to the end of its first line; at least one position, even where nothing is.
+fn draw<'a>(window: Window<'a>, sources: &'a SourceMap) -> Option<Snippet<'a, Annotation<'a>>> {
+    let Window { file, lines, labels } = window;
+    let source = sources.get(file)?;
+    let (line, _) = sources.line_column(file, lines.start as u32);
+    let text = &source.text[lines.clone()];
+    let annotations = labels.into_iter().map(|(kind, place, text)| {
+        let annotation = kind.span(place.start - lines.start..place.end - lines.start);
+        if text.is_empty() { annotation } else { annotation.label(text) }
+    });
+    Some(Snippet::source(text).path(source.name.as_str()).line_start(line).annotations(annotations))
+}
+
+/// The bytes of `span` up to the end of its first line.
 fn first_line(text: &str, span: Span) -> Range<usize> {
     let start = floor_char(text, span.start as usize);
     let end = floor_char(text, span.end as usize).max(start);

@@ -184,7 +184,7 @@ fn trace_answers_in_order_with_17_digits() {
     assert_eq!(hit["shape"], 0);
     assert!(hit["path"].as_array().is_some_and(|p| p.len() > 3));
     assert!(hit["phi"].as_f64().is_some_and(|p| p > 1.0));
-    assert!(out.lines().next().is_some_and(|l| l.contains("\"phi\":1.") && l.contains("e0")), "{out}");
+    assert!(out.lines().next().is_some_and(|l| l.contains("\"phi\":2.") && l.contains("e0")), "{out}");
     // From standard input, and with a straight integrator.
     let run = |args: &[&str], input: &str| bhs().current_dir(dir.path()).args(args).write_stdin(input).output().expect("bhs starts");
     let straight = run(&["trace", "scene.bhs", "--rays", "-", "--integrator", "straight"], "0,0,-5,0,0,1\n");

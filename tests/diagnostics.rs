@@ -138,7 +138,10 @@ fn rendering(scene: &str, overrides: &Overrides, expected: &Expect) {
 
 #[test]
 fn the_look_of_a_misspelt_parameter() {
-    rendering("unknown_parameter", &Overrides::default(), &expect![[r#"
+    rendering(
+        "unknown_parameter",
+        &Overrides::default(),
+        &expect![[r#"
         error: unknown parameter `stepp`
          --> tests/diagnostics/unknown_parameter.bhs:3:39
           |
@@ -180,12 +183,16 @@ fn the_look_of_a_misspelt_parameter() {
            = help: `sphere` takes radius, zmin, zmax, phimax
 
         5 errors
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
 fn the_look_of_an_error_in_an_included_file() {
-    rendering("in_include", &Overrides::default(), &expect![[r#"
+    rendering(
+        "in_include",
+        &Overrides::default(),
+        &expect![[r#"
         error: this list is never closed
          --> tests/diagnostics/include/inner.bhs:3:31
           |
@@ -207,13 +214,17 @@ fn the_look_of_an_error_in_an_included_file() {
           = note: included from tests/diagnostics/in_include.bhs:3:9
 
         2 errors
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
 fn the_look_of_two_places_and_a_flag() {
     let overrides = Overrides { integrator: Some("schwarzschild-rk5".into()), ..Default::default() };
-    rendering("two_holes", &overrides, &expect![[r#"
+    rendering(
+        "two_holes",
+        &overrides,
+        &expect![[r#"
         error: the scene has a black hole already
          --> tests/diagnostics/two_holes.bhs:7:1
           |
@@ -234,7 +245,8 @@ fn the_look_of_two_places_and_a_flag() {
           = help: did you mean `schwarzschild-rk4`?
 
         2 errors
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]

@@ -216,9 +216,14 @@ fn to_render_space(
 /// Coordinates must be numbers, and fit into single precision with room for their squares' sums.
 fn check_range(shapes: &[Part], found: &mut Vec<Diagnostic>) {
     const LARGEST: f64 = 1e15;
+    let fits = |p: DVec3| p.abs().cmple(DVec3::splat(LARGEST)).all();
     for shape in shapes {
-        let b = shape.geometry.bounds();
-        if !b.is_empty() && !(b.min.abs().max_element() <= LARGEST && b.max.abs().max_element() <= LARGEST) {
+        // Not the bounds of a mesh: they pass over what is not a number.
+        let inside = match &shape.geometry {
+            WorldGeometry::Mesh(mesh) => mesh.positions.iter().all(|p| fits(*p)),
+            WorldGeometry::Analytic(surface) => surface.bounds().is_empty() || surface.bounds().corners().into_iter().all(fits),
+        };
+        if !inside {
             found.push(
                 Diagnostic::error("out-of-range", "this shape reaches too far out")
                     .at(shape.span, format!("coordinates are at most {LARGEST:e}"))

@@ -48,7 +48,7 @@ pub fn matrix(m: &[f64; 16]) -> Result<DAffine3, NotAffine> {
 
 /// Whether the transform is finite and has a finite inverse.
 pub fn is_invertible(t: &DAffine3) -> bool {
-    t.is_finite() && t.matrix3.determinant() != 0.0 && t.inverse().is_finite()
+    t.is_finite() && t.matrix3.determinant().is_normal() && t.inverse().is_finite()
 }
 
 /// The factor by which a transform scales all lengths, if it is the same in all directions.

@@ -1,69 +1,165 @@
-//! From steps of an orbit to hits on surfaces: chords and their intersection. Knows no differential equation.
+//! From stretches of an orbit to hits on surfaces: chords and their intersection. Knows no differential equation.
 //!
 //! The chord between two points of an orbit `dphi` apart strays from it by at most about `(3/16) rs dphi^2`, whatever r and b
-//! are: equal steps in phi make equal errors.
+//! are: equal steps in phi make equal errors. What a chord meets, the orbit meets nearby ([`crate::refine`]): where exactly, is
+//! solved for; and where the orbit turns out to meet that surface far from the chord, or beside the facet, the chord is
+//! split and the question put again. So a ray that leaves a surface at grazing incidence does not end on it because
+//! its first chord dips below, and a hit near the edge of a facet ends on the facet that the orbit meets.
 
-use crate::orbit::{OrbitPlane, State, Step};
+use crate::orbit::{Dense, OrbitPlane, State};
+use crate::refine::{Meeting, on_facet, on_surface};
 use bhs_core::blackhole::BlackHole;
-use bhs_core::geometry::{Aabb, Segment};
+use bhs_core::geometry::{Aabb, Geometry, Segment};
 use bhs_core::integrator::SurfaceHit;
+use bhs_core::intersector::PrimitiveHit;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 
 /// How far a chord reaches beyond its ends, relative to the coordinates there: neighbouring chords overlap by more than
-/// single precision can tear them apart.
+/// single precision can tear them apart. Also how far beside its facet a hit may lie, for the same reason.
 const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
+
+/// How many times a chord is split at most: then what it meets counts, wrong by no more than the gap between chord and orbit.
+const SPLITS: u32 = 6;
+
+/// Longest chord, in radians, however much it may stray.
+const LONGEST: f64 = 1.0;
+
+/// The angle of a chord that strays from its orbit by no more than `distance`, in radians.
+pub fn chord_angle(rs: f64, distance: f64) -> f64 {
+    (16.0 / 3.0 * distance / rs).sqrt().clamp(1e-5, LONGEST)
+}
+
+/// The distance from the hole within which all geometry lies [scene units]; 0 where there is none.
+pub fn reach(world: &World, hole: &BlackHole) -> f64 {
+    if world.bounds.is_empty() {
+        return 0.0;
+    }
+    (world.bounds.min - hole.center).abs().max((world.bounds.max - hole.center).abs()).length()
+}
+
+/// A point of an orbit.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Angle swept, in radians.
+    pub phi: f64,
+    /// 1/r.
+    pub u: f64,
+    /// The point.
+    pub point: DVec3,
+}
+
+/// The stretch between two places of an orbit.
+#[derive(Clone, Copy)]
+struct Span {
+    from: Place,
+    to: Place,
+    /// Whether it begins where the ray does, maybe just off a surface.
+    at_start: bool,
+}
 
 /// The chords of one orbit through one world.
 pub struct Chords<'w> {
     world: &'w World,
     plane: OrbitPlane,
+    rs: f64,
+    /// Largest angle of a chord, in radians.
+    angle: f64,
     bounds: Aabb,
     /// 1/r of the sphere around the hole that holds all geometry; infinite where there is none.
     u_bound: f64,
-    /// Where the next chord begins, if it continues a previous one.
-    last: Option<DVec3>,
-    origin: DVec3,
+    /// Where the next chord begins.
+    last: Place,
+    /// (cos, sin) of the angle there.
+    heading: (f64, f64),
+    /// Whether that is where the ray begins.
+    at_start: bool,
 }
 
 impl<'w> Chords<'w> {
-    /// The chords of the orbit in `plane` that begins at `origin`.
-    pub fn new(world: &'w World, hole: &BlackHole, plane: OrbitPlane, origin: DVec3) -> Self {
-        let reach = world.bounds.corners().into_iter().map(|c| (c - hole.center).length()).fold(0.0, f64::max);
-        let margin = OVERLAP * (world.bounds.min.abs().max(world.bounds.max.abs())).max_element();
-        let empty = world.bounds.is_empty();
+    /// The chords, of at most the angle `angle`, of the orbit in `plane` that begins at `origin` with the state `start`.
+    pub fn new(world: &'w World, hole: &BlackHole, plane: OrbitPlane, origin: DVec3, start: &State, angle: f64) -> Self {
+        let margin = OVERLAP * world.bounds.min.abs().max(world.bounds.max.abs()).max_element();
+        let reach = reach(world, hole);
         Self {
             world,
             plane,
+            rs: hole.rs,
+            angle,
             bounds: world.bounds.grown(margin),
-            u_bound: if empty { f64::INFINITY } else { 1.0 / (reach + margin) },
-            last: None,
-            origin,
+            u_bound: if reach > 0.0 { 1.0 / (reach + margin) } else { f64::INFINITY },
+            last: Place { phi: start.phi, u: start.u, point: origin },
+            heading: (1.0, 0.0),
+            at_start: true,
         }
     }
 
-    /// The first surface that the chord of `step` meets. A step that leaves the bounds is cut where it does; one that ends
-    /// at infinity has no chord beyond them.
-    pub fn meet(&mut self, step: &Step, log: &mut TraceLog) -> Option<SurfaceHit> {
-        if self.u_bound == f64::INFINITY || (step.start.u < self.u_bound && step.end.u <= 0.0) {
+    /// The first surface that the orbit meets on `step`, which continues the step before.
+    pub fn meet<D: Dense>(&mut self, step: &D, log: &mut TraceLog) -> Option<SurfaceHit> {
+        let (start, end) = (step.start(), step.end());
+        // Outside of everything and on the way out, where no orbit turns back.
+        let gone = start.u <= self.u_bound && start.du <= 0.0 && 1.5 * self.rs * start.u <= 1.0;
+        if gone || self.u_bound == f64::INFINITY {
             return None;
         }
-        let leaves = step.start.u > self.u_bound && step.end.u < self.u_bound;
-        let end = if leaves { step.crossing(self.u_bound) } else { step.end };
-        let from = self.last.unwrap_or(self.origin);
-        let to = self.plane.point(&end);
+        let swept = end.phi - start.phi;
+        let count = (swept / self.angle).ceil().max(1.0);
+        let pace = swept / count;
+        let (turn_sin, turn_cos) = if count > 1.0 { pace.sin_cos() } else { (0.0, 1.0) };
+        for k in 1..=count as u64 {
+            let whole = k as f64 == count;
+            let (cos, sin) = self.heading;
+            let to = if whole {
+                let (sin, cos) = end.phi.sin_cos();
+                self.heading = (cos, sin);
+                self.place(end.phi, end.u)
+            } else {
+                self.heading = (cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin);
+                let phi = start.phi + pace * k as f64;
+                self.place(phi, step.u_at(phi))
+            };
+            let from = std::mem::replace(&mut self.last, to);
+            // A chord that leaves the sphere around all geometry ends there: it may go on to infinity.
+            let leaves = from.u > self.u_bound && to.u < self.u_bound;
+            let to = if leaves { self.on_bound(step, &from, &to) } else { to };
+            if to.u <= 0.0 {
+                return None;
+            }
+            let at_start = std::mem::replace(&mut self.at_start, false);
+            let hit = self.search(step, &Span { from, to, at_start }, SPLITS, log);
+            log.point(hit.map_or(to.point, |h| h.point));
+            if hit.is_some() {
+                return hit;
+            }
+        }
+        None
+    }
+
+    /// The place in the direction of `heading`.
+    fn place(&self, phi: f64, u: f64) -> Place {
+        let (cos, sin) = self.heading;
+        Place { phi, u, point: self.plane.center + (self.plane.e1 * cos + self.plane.e2 * sin) / u }
+    }
+
+    /// Where the orbit leaves the sphere around all geometry.
+    fn on_bound<D: Dense>(&self, step: &D, from: &Place, to: &Place) -> Place {
+        let state = |p: &Place| State { phi: p.phi, u: p.u, du: 0.0 };
+        let s = step.crossing(state(from), state(to), self.u_bound);
+        Place { phi: s.phi, u: s.u, point: self.plane.point(&s) }
+    }
+
+    /// The first surface that the orbit meets within `span`, splitting its chord as often as needed but at most `splits` times.
+    fn search<D: Dense>(&self, step: &D, span: &Span, splits: u32, log: &mut TraceLog) -> Option<SurfaceHit> {
+        let (from, to) = (span.from.point, span.to.point);
         let way = to - from;
-        // Overlap with the chord before: but the first one begins where the ray does, off the surface that it leaves.
         let length = way.length();
         if length == 0.0 {
             return None;
         }
+        // Overlap with the chord before: but the first one begins where the ray does, off the surface that it leaves.
         let overlap = |p: DVec3| OVERLAP * p.abs().max_element() / length;
-        let t_min = if self.last.is_some() { -overlap(from) } else { 0.0 };
-        self.last = Some(to);
-        log.point(to);
-
+        let t_min = if span.at_start { 0.0 } else { -overlap(from) };
         let Some((enter, leave)) = self.bounds.clip(from, way, t_min, 1.0 + overlap(to)) else {
             log.counters.chords_skipped += 1;
             return None;
@@ -71,32 +167,51 @@ impl<'w> Chords<'w> {
         log.counters.queries += 1;
         let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
         let hit = self.world.intersector.closest(&segment)?;
+
         let located = self.world.locate(&segment, &hit);
-        let mut surface = SurfaceHit {
-            point: located.point,
-            direction: way / length,
-            geometry: hit.geometry,
-            primitive: hit.primitive,
-            barycentric: located.barycentric,
+        let guess = self.angle_of(span, located.point);
+        let middle = 0.5 * (span.from.phi + span.to.phi);
+        let swept = span.to.phi - span.from.phi;
+        let rounding = OVERLAP * located.point.abs().max_element();
+        let near = 4.0 * (3.0 / 16.0 * self.rs * swept * swept) + rounding;
+        let meeting = match &self.world.geometries[hit.geometry as usize] {
+            Geometry::Mesh(mesh) => Some(on_facet(&self.plane, step, [&span.from, &span.to], guess, mesh.corners(hit.primitive))),
+            Geometry::Analytic(surface) => on_surface(&self.plane, step, guess, &**surface, near, length),
         };
-        let state = self.state_at(&step.until(end), located.point);
-        log.phi = state.phi;
-        let tangent = self.plane.direction(&state);
-        // The orbit's own tangent, unless it would arrive from the other side of the surface than the chord did.
-        let normal = self.world.surface(&surface).normal;
-        if tangent.dot(normal) * surface.direction.dot(normal) > 0.0 {
-            surface.direction = tangent;
+        // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
+        // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep.
+        let split = meeting.filter(|_| splits.is_multiple_of(2)).map_or(middle, |m| m.state.phi);
+        let met = meeting.filter(|m| m.beside <= rounding && (m.point - located.point).length() <= near);
+        if met.is_none() && splits > 0 {
+            let s = step.at(split);
+            let at = Place { phi: split, u: s.u, point: self.plane.point(&s) };
+            let (before, behind) = (Span { to: at, ..*span }, Span { from: at, at_start: false, ..*span });
+            return self.search(step, &before, splits - 1, log).or_else(|| self.search(step, &behind, splits - 1, log));
         }
-        Some(surface)
+        let on_chord = || Meeting { state: step.at(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
+        Some(self.arrive(&met.unwrap_or_else(on_chord), &hit, way / length, log))
     }
 
-    /// The orbit's state at the angle of a point near the chord of `step`.
-    fn state_at(&self, step: &Step, point: DVec3) -> State {
-        let ahead = point - self.plane.center;
-        let (sin, cos) = step.start.phi.sin_cos();
-        let e_r = self.plane.e1 * cos + self.plane.e2 * sin;
-        let e_phi = self.plane.e2 * cos - self.plane.e1 * sin;
-        let swept = ahead.dot(e_phi).atan2(ahead.dot(e_r));
-        step.at((step.start.phi + swept).clamp(step.start.phi, step.end.phi))
+    /// The arrival at a surface that a chord in the direction `chord` met.
+    fn arrive(&self, met: &Meeting, hit: &PrimitiveHit, chord: DVec3, log: &mut TraceLog) -> SurfaceHit {
+        log.phi = met.state.phi;
+        let hit = SurfaceHit {
+            point: met.point,
+            direction: self.plane.direction(&met.state),
+            geometry: hit.geometry,
+            primitive: hit.primitive,
+            barycentric: met.barycentric,
+        };
+        // The orbit's own tangent, unless it would arrive from the other side of the surface than the chord did.
+        let normal = self.world.surface(&hit).normal;
+        if hit.direction.dot(normal) * chord.dot(normal) > 0.0 { hit } else { SurfaceHit { direction: chord, ..hit } }
+    }
+
+    /// The angle swept at a point of the chord of `span`, in radians.
+    fn angle_of(&self, span: &Span, point: DVec3) -> f64 {
+        let outward = (span.from.point - self.plane.center) * span.from.u;
+        let ahead = self.plane.e1.cross(self.plane.e2).cross(outward);
+        let p = point - self.plane.center;
+        span.from.phi + p.dot(ahead).atan2(p.dot(outward))
     }
 }

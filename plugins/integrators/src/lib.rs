@@ -1,19 +1,34 @@
-//! How light travels: the integrators of light rays. One file, one plugin; `orbit` and `chords` are what the curved ones share.
+//! How light travels: the integrators of light rays. One file, one plugin.
+//!
+//! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`
+//! and `refine` (from steps to hits), `flight` (one ray from start to end), `double` (arithmetic).
 
-mod chords;
+pub mod chords;
+pub mod closed_form;
+mod double;
+pub mod flight;
 pub mod orbit;
+pub mod refine;
+mod schwarzschild_adaptive;
+mod schwarzschild_exact;
 mod schwarzschild_rk4;
 mod straight;
+pub mod taylor;
 
+pub use schwarzschild_adaptive::Adaptive;
+pub use schwarzschild_exact::Exact;
 pub use schwarzschild_rk4::Rk4;
+pub use straight::Straight;
 
 use bhs_core::Plugin;
 use bhs_core::integrator::Integrator;
 
 /// All integrators, by name.
-pub const ALL: &[Plugin<dyn Integrator>] = &[schwarzschild_rk4::PLUGIN, straight::PLUGIN];
+pub const ALL: &[Plugin<dyn Integrator>] =
+    &[schwarzschild_adaptive::PLUGIN, schwarzschild_exact::PLUGIN, schwarzschild_rk4::PLUGIN, straight::PLUGIN];
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["orbit", "chords"]);
+    bhs_core::every_file_is_listed!([super::ALL],
+        helpers: ["chords", "closed_form", "double", "flight", "orbit", "refine", "taylor"]);
 }

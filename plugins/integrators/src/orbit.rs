@@ -24,7 +24,7 @@ pub struct OrbitPlane {
 /// A place on an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Angle swept since the start [rad].
+    /// Angle swept since the start, in radians.
     pub phi: f64,
     /// 1/r.
     pub u: f64,
@@ -72,6 +72,87 @@ impl OrbitPlane {
     }
 }
 
+/// How an orbit goes on after a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It can be stepped further.
+    Underway,
+    /// The step ends at infinity, u = 0.
+    Escaped,
+    /// The step ends on the horizon, u = 1/rs.
+    Captured,
+}
+
+/// Goes along an orbit.
+pub trait Stepper {
+    /// What it goes by.
+    type Step: Dense;
+    /// Takes one step and says how the orbit goes on; the last one is cut at infinity or at the horizon. Not to be called
+    /// after the orbit has ended.
+    fn advance(&mut self) -> (Self::Step, Fate);
+}
+
+/// A stretch of an orbit with dense output: its state at any angle.
+pub trait Dense: Copy {
+    /// Where it begins.
+    fn start(&self) -> State;
+    /// Where it ends.
+    fn end(&self) -> State;
+    /// The state at the angle `phi` within the stretch.
+    fn at(&self, phi: f64) -> State;
+    /// u at the angle `phi` within the stretch.
+    fn u_at(&self, phi: f64) -> f64 {
+        self.at(phi).u
+    }
+    /// The stretch cut short at `end`, one of its own states.
+    fn until(self, end: State) -> Self;
+
+    /// The state between `from` and `to` at which u passes `target`, which lies between the values there (Newton, kept in
+    /// bounds by bisection).
+    fn crossing(&self, from: State, to: State, target: f64) -> State {
+        let rising = to.u > from.u;
+        let (mut lo, mut hi) = (from.phi, to.phi);
+        let mut phi = lo + (hi - lo) * ((target - from.u) / (to.u - from.u)).clamp(0.0, 1.0);
+        let mut s = self.at(phi);
+        for _ in 0..60 {
+            if (s.u < target) == rising {
+                lo = s.phi;
+            } else {
+                hi = s.phi;
+            }
+            let newton = s.phi - (s.u - target) / s.du;
+            phi = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
+            let change = (phi - s.phi).abs();
+            s = self.at(phi);
+            if change <= 2.0 * f64::EPSILON * phi {
+                break;
+            }
+        }
+        State { u: target, ..s }
+    }
+
+    /// The part of the stretch that lies outside the horizon and this side of infinity, and how the orbit goes on after it.
+    fn within_space(self, rs: f64) -> (Self, Fate) {
+        let horizon = 1.0 / rs;
+        let (target, fate) = match self.end().u {
+            u if u >= horizon => (horizon, Fate::Captured),
+            u if u <= 0.0 => (0.0, Fate::Escaped),
+            _ => return (self, Fate::Underway),
+        };
+        (self.until(self.crossing(self.start(), self.end(), target)), fate)
+    }
+}
+
+/// How far a step may overshoot the end of the orbit, relative to the distance to it if u' stayed as it is. A near-radial ray
+/// reaches the horizon or infinity within far less than a fixed angle, and must not be thrown to u = 1e12 by it.
+const OVERSHOOT: f64 = 1.5;
+
+/// The angle `step`, or less where the orbit ends before, in radians.
+pub fn room(rs: f64, s: &State, step: f64) -> f64 {
+    let room = if s.du > 0.0 { (1.0 / rs - s.u) / s.du } else { -s.u / s.du };
+    if room > 0.0 { step.min(OVERSHOOT * room) } else { step }
+}
+
 /// One step of the classic fourth-order Runge-Kutta method for the orbit equation: (u, u') after the angle `h`.
 /// Generic over the number type, so that lanes of several orbits can be stepped together.
 pub fn rk4<F>(rs: F, u: F, du: F, h: F) -> (F, F)
@@ -87,7 +168,7 @@ where
     (u + sixth * (k1u + two * (k2u + k3u) + k4u), du + sixth * (k1v + two * (k2v + k3v) + k4v))
 }
 
-/// A stretch of an orbit between two states, with dense output.
+/// A step of [`Rk4Orbit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Schwarzschild radius.
@@ -98,10 +179,18 @@ pub struct Step {
     pub end: State,
 }
 
-impl Step {
-    /// The state at the angle `phi` within the step: the quintic that has u, u' and u'' in common with the orbit at both
+impl Dense for Step {
+    fn start(&self) -> State {
+        self.start
+    }
+
+    fn end(&self) -> State {
+        self.end
+    }
+
+    /// The quintic that has u, u' and u'' in common with the orbit at both
     /// ends (order 6, above that of the steps).
-    pub fn at(&self, phi: f64) -> State {
+    fn at(&self, phi: f64) -> State {
         let h = self.end.phi - self.start.phi;
         let t = (phi - self.start.phi) / h;
         let force = |u: f64| (1.5 * self.rs * u - 1.0) * u;
@@ -117,77 +206,30 @@ impl Step {
         State { phi, u, du: v / h }
     }
 
-    /// The first state at which u passes `target`, which lies between the values at the ends (bisection with Newton steps).
-    pub fn crossing(&self, target: f64) -> State {
-        let rising = self.end.u > self.start.u;
-        let (mut lo, mut hi) = (self.start.phi, self.end.phi);
-        let mut s = self.at(0.5 * (lo + hi));
-        for _ in 0..60 {
-            if (s.u < target) == rising {
-                lo = s.phi
-            } else {
-                hi = s.phi
-            }
-            let newton = s.phi - (s.u - target) / s.du;
-            let phi = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
-            if phi == s.phi || hi - lo <= f64::EPSILON * hi.abs() {
-                break;
-            }
-            s = self.at(phi);
-        }
-        State { u: target, ..s }
-    }
-
-    /// The step cut short at `end`, one of its own states.
-    pub fn until(&self, end: State) -> Step {
-        Step { end, ..*self }
+    fn until(self, end: State) -> Self {
+        Self { end, ..self }
     }
 }
 
-/// How an orbit goes on after a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
-    /// It can be stepped further.
-    Underway,
-    /// The step ends at infinity, u = 0.
-    Escaped,
-    /// The step ends on the horizon, u = 1/rs.
-    Captured,
-}
-
-/// An orbit stepped by [`rk4`] with a fixed angle; the last step is cut at infinity or at the horizon.
+/// An orbit stepped by [`rk4`] with a fixed angle.
 #[derive(Clone, Copy, Debug)]
 pub struct Rk4Orbit {
     /// Schwarzschild radius.
     pub rs: f64,
-    /// Angle of a step [rad].
+    /// Angle of a step, in radians.
     pub step: f64,
     /// Where the orbit is.
     pub state: State,
 }
 
-/// How far a step may overshoot the end of the orbit, relative to the distance to it if u' stayed as it is. A near-radial ray
-/// reaches the horizon or infinity within far less than a fixed angle, and must not be thrown to u = 1e12 by it.
-const OVERSHOOT: f64 = 1.5;
+impl Stepper for Rk4Orbit {
+    type Step = Step;
 
-impl Rk4Orbit {
-    /// Takes one step and says how the orbit goes on. Not to be called after the orbit has ended.
-    pub fn advance(&mut self) -> (Step, Fate) {
-        let State { phi, u, du } = self.state;
-        let horizon = 1.0 / self.rs;
-        let room = if du > 0.0 { (horizon - u) / du } else { -u / du };
-        let h = if room > 0.0 { self.step.min(OVERSHOOT * room) } else { self.step };
-        let (u1, du1) = rk4(self.rs, u, du, h);
-        let mut step = Step { rs: self.rs, start: self.state, end: State { phi: phi + h, u: u1, du: du1 } };
-        let fate = if u1 >= horizon {
-            step = step.until(step.crossing(horizon));
-            Fate::Captured
-        } else if u1 <= 0.0 {
-            step = step.until(step.crossing(0.0));
-            Fate::Escaped
-        } else {
-            Fate::Underway
-        };
+    fn advance(&mut self) -> (Step, Fate) {
+        let h = room(self.rs, &self.state, self.step);
+        let (u, du) = rk4(self.rs, self.state.u, self.state.du, h);
+        let whole = Step { rs: self.rs, start: self.state, end: State { phi: self.state.phi + h, u, du } };
+        let (step, fate) = whole.within_space(self.rs);
         self.state = step.end;
         (step, fate)
     }

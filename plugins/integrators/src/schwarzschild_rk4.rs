@@ -1,8 +1,9 @@
 //! `schwarzschild-rk4`: light around a Schwarzschild hole, by fixed steps in the swept angle.
 //!
 //! Classic Runge-Kutta (order 4) on `u'' = (3/2) rs u^2 - u`, `u = 1/r`; the chords between steps go to the intersector
-//! (order 2: their sagitta is `(3/16) rs step^2`, at every distance from the hole). Ends on a surface, in the sky or behind
-//! the horizon, after as many windings as the orbit makes. The default in a scene with a hole.
+//! (order 2: their sagitta is `(3/16) rs step^2`, at every distance from the hole), and what they meet is refined to where the
+//! orbit meets it. Ends on a surface, in the sky or behind the horizon, after as many windings as the orbit makes. The
+//! default in a scene with a hole.
 //! Source: Aikawa, Zhou and Wang 2019, "Diffuse Relativistic Black Hole in the Cornell Box", sections 2 and 3.
 //!
 //! | parameter | type | default | unit | meaning |
@@ -16,9 +17,8 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::chords::Chords;
-use crate::orbit::{Fate, OrbitPlane, Rk4Orbit};
-use crate::straight::Straight;
+use crate::flight::{Flight, static_observer};
+use crate::orbit::Rk4Orbit;
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
@@ -34,7 +34,7 @@ pub const PLUGIN: Plugin<dyn Integrator> =
 /// Light around a Schwarzschild hole by fixed steps.
 #[derive(Clone, Copy, Debug)]
 pub struct Rk4 {
-    /// Angle swept by one step [rad].
+    /// Angle swept by one step, in radians.
     pub step: f64,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
@@ -48,45 +48,17 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
 
 impl Integrator for Rk4 {
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        let Some(hole) = world.hole.as_ref().filter(|h| h.rs > 0.0) else {
-            return Straight.trace(world, ray, log);
+        let flight = match Flight::begin(world, ray, log) {
+            Ok(flight) => flight,
+            Err(arrival) => return arrival,
         };
-        log.counters.geodesics += 1;
-        log.phi = 0.0;
-        log.point(ray.origin);
-        let (plane, state) = OrbitPlane::of_ray(hole.center, ray.origin, ray.direction);
-        if state.u * hole.rs >= 1.0 {
-            log.counters.captured += 1;
-            return Arrival::Hole;
-        }
-        let mut orbit = Rk4Orbit { rs: hole.rs, step: self.step, state };
-        let mut chords = Chords::new(world, hole, plane, ray.origin);
-        for _ in 0..self.max_steps {
-            let (step, fate) = orbit.advance();
-            log.counters.steps += 1;
-            if let Some(hit) = chords.meet(&step, log) {
-                log.counters.hit += 1;
-                return Arrival::Surface(hit);
-            }
-            log.phi = step.end.phi;
-            match fate {
-                Fate::Underway => {}
-                Fate::Escaped => {
-                    log.counters.escaped += 1;
-                    return Arrival::Sky(plane.radial(step.end.phi));
-                }
-                Fate::Captured => {
-                    log.counters.captured += 1;
-                    return Arrival::Hole;
-                }
-            }
-        }
-        log.counters.out_of_steps += 1;
-        Arrival::OutOfSteps
+        // One chord a step.
+        let orbit = Rk4Orbit { rs: flight.hole.rs, step: self.step, state: flight.start };
+        flight.follow(orbit, f64::INFINITY, self.max_steps, log)
     }
 
     fn observer(&self, world: &World, point: DVec3) -> Option<Observer> {
-        world.hole.as_ref().map_or(Some(Observer::FLAT), |hole| hole.observer(point))
+        static_observer(world, point)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

@@ -1,6 +1,6 @@
 //! Orbits against what is known of them in closed form: deflection, capture, order of convergence, chords.
 
-use bhs_integrators::orbit::{Fate, OrbitPlane, Rk4Orbit, State, Step};
+use bhs_integrators::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, State, Step, Stepper};
 use glam::DVec3;
 
 /// Follows an orbit to its end.

@@ -2,7 +2,7 @@
 //!
 //! Embree works in single precision. Segments are therefore brought near the scene and to a sensible length first, and the
 //! parameter of a triangle's hit is good to some 1e-7 of the coordinates; analytic surfaces see the segment itself, in
-//! double precision.
+//! double precision. Both ends of a segment are rounded so: two chords that are to leave no gap must overlap by more.
 //!
 //! What embree4-rs does not give: queries without asking for the device's error each time, occlusion, surfaces other than
 //! triangles, scenes that can be sent to threads. It stays as an oracle in the tests.
@@ -13,11 +13,11 @@
 //! ```
 #![allow(unsafe_code)] // a foreign interface; each block says why it is sound
 
+use crate::single::{Room, Scale, clamp};
 use bhs_core::Plugin;
 use bhs_core::geometry::{Aabb, Analytic, Geometry, Segment, TriangleMesh};
 use bhs_core::intersector::{Intersector, IntersectorBuilder, PrimitiveHit};
 use embree4_sys::*;
-use glam::DVec3;
 use std::any::Any;
 use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -30,15 +30,6 @@ pub const PLUGIN: Plugin<dyn IntersectorBuilder> =
 
 /// Builder of Embree scenes.
 pub struct Embree;
-
-/// Coordinates beyond this are cut off: Embree's squares of them must be single-precision numbers.
-const FAR: f64 = 1e18;
-
-/// Growth of boxes around analytic surfaces, relative to the scene: the rounding of a segment's ends to single precision.
-const GROWTH: f64 = 8.0 * f32::EPSILON as f64;
-
-/// How far outside of the scene, in units of its size, segments may start without losing precision that matters.
-const NEAR: f64 = 4.0;
 
 // Measured on the 871,414-triangle dragon, two cores busy with other work, processor time of one thread, Embree 4.4 (AVX2);
 // closest hit of a ray | of a chord 1/16 as long as the box, 1e6 of them from random points of the box:
@@ -55,52 +46,29 @@ const QUALITY: RTCBuildQuality = RTCBuildQuality::MEDIUM;
 impl IntersectorBuilder for Embree {
     fn build(&self, geometries: &[Geometry]) -> Result<Box<dyn Intersector>, String> {
         crate::check(geometries)?;
-        let limits = Aabb { min: DVec3::splat(-FAR), max: DVec3::splat(FAR) };
-        let shown: Vec<(u32, &Geometry, Aabb)> = (0u32..)
-            .zip(geometries)
-            .map(|(id, g)| (id, g, g.bounds()))
-            .filter(|(_, _, b)| !b.is_empty() && !b.min.is_nan() && !b.max.is_nan())
-            .map(|(id, g, b)| (id, g, Aabb { min: b.min.max(limits.min), max: b.max.min(limits.max) }))
-            .collect();
-        let bounds = shown.iter().fold(Aabb::EMPTY, |all, (_, _, b)| all.union(*b));
-        let extent = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
+        let boxes: Vec<Option<Aabb>> = geometries.iter().map(|g| clamp(g.bounds())).collect();
+        let room = Room::new(boxes.iter().flatten().fold(Aabb::EMPTY, |all, b| all.union(*b)));
 
         let device = Device::new()?;
-        let scene = Handle::scene(&device);
-        let (mut meshes, mut surfaces) = (Vec::new(), Vec::new());
-        for (id, geometry, bounds) in shown {
+        let mut scene = Scene { scene: Handle::scene(&device), surfaces: Vec::new(), meshes: Vec::new(), device, room };
+        for ((id, geometry), bounds) in (0u32..).zip(geometries).zip(boxes) {
+            let Some(bounds) = bounds else { continue };
             match geometry {
                 Geometry::Mesh(mesh) => {
-                    scene.attach_mesh(&device, id, mesh);
-                    meshes.push(mesh.clone());
+                    scene.scene.attach_mesh(&scene.device, id, mesh);
+                    scene.meshes.push(mesh.clone());
                 }
                 Geometry::Analytic(surface) => {
-                    let bounds = single_bounds(bounds.grown(GROWTH * extent));
-                    let surface = Arc::new(Surface { surface: surface.clone(), bounds });
-                    scene.attach_surface(&device, id, &surface);
-                    surfaces.push(surface);
+                    let surface = Arc::new(Surface { surface: surface.clone(), bounds: scene.room.single_bounds(bounds) });
+                    scene.scene.attach_surface(&scene.device, id, &surface);
+                    scene.surfaces.push(surface);
                 }
             }
         }
-        scene.commit();
-        device.check()?;
-        // The margin keeps what lies in the faces of the box away from the ends of segments that are cut at it.
-        Ok(Box::new(Scene {
-            scene,
-            bounds: bounds.grown(1e-3 * extent),
-            near: NEAR * extent,
-            surfaces,
-            _meshes: meshes,
-            _device: device,
-        }))
+        scene.scene.commit();
+        scene.device.check()?;
+        Ok(Box::new(scene))
     }
-}
-
-/// A box in single precision around one in double precision.
-fn single_bounds(b: Aabb) -> RTCBounds {
-    let [lower_x, lower_y, lower_z] = b.min.to_array().map(|x| (x as f32).next_down());
-    let [upper_x, upper_y, upper_z] = b.max.to_array().map(|x| (x as f32).next_up());
-    RTCBounds { lower_x, lower_y, lower_z, align0: 0.0, upper_x, upper_y, upper_z, align1: 0.0 }
 }
 
 // ---- Embree's objects and who owns them ----
@@ -231,12 +199,9 @@ struct Scene {
     // Dropped in this order: the scene, then what it refers to, then the device.
     scene: Handle,
     surfaces: Vec<Arc<Surface>>,
-    _meshes: Vec<Arc<TriangleMesh>>,
-    _device: Device,
-    /// Around everything, with a margin.
-    bounds: Aabb,
-    /// Segments that start within this of the origin go to Embree as they are.
-    near: f64,
+    meshes: Vec<Arc<TriangleMesh>>,
+    device: Device,
+    room: Room,
 }
 
 // SAFETY: the handles are not bound to a thread. Nothing changes a scene after it is committed, and Embree allows any number
@@ -244,13 +209,6 @@ struct Scene {
 unsafe impl Send for Scene {}
 // SAFETY: as above.
 unsafe impl Sync for Scene {}
-
-/// An Embree ray and its relation to the segment: `t = start + unit * (Embree's t)`.
-struct Cast {
-    ray: RTCRay,
-    start: f64,
-    unit: f64,
-}
 
 /// Embree 4.3 and newer write one number more than the headers of embree4-sys know of.
 #[repr(C)]
@@ -265,8 +223,7 @@ struct Query<'a> {
     /// The place of Embree's own context, which consists of instance numbers: two in 4.4, room for more.
     ids: [u32; 8],
     segment: &'a Segment,
-    start: f64,
-    unit: f64,
+    scale: Scale,
     /// Parameter of the nearest analytic surface so far, of the segment's end before.
     nearest: f64,
     /// What a surface panicked with: unwinding must not reach Embree.
@@ -277,101 +234,55 @@ const _: () = assert!(size_of::<RTCRayQueryContext>() <= size_of::<[u32; 8]>());
 
 impl Intersector for Scene {
     fn closest(&self, segment: &Segment) -> Option<PrimitiveHit> {
-        let Cast { ray, start, unit } = self.cast(segment)?;
+        let (ray, scale) = self.room.cast(segment)?;
         let mut found = RayHit { known: RTCRayHit { ray, hit: RTCHit::default() }, _room: [0; 4] };
         let target = (&raw mut found).cast();
+        let mut nearest = None;
         if self.surfaces.is_empty() {
             // SAFETY: the scene is committed; `found` is large enough and aligned; null arguments mean the defaults.
             unsafe { rtcIntersect1(self.scene.0, target, ptr::null_mut()) };
-            let RTCRayHit { ray, hit } = &found.known;
-            let t = (start + unit * f64::from(ray.tfar)).max(segment.t_min).min(segment.t_max);
-            return (hit.geomID != RTC_INVALID_GEOMETRY_ID).then_some(PrimitiveHit {
-                t,
-                geometry: hit.geomID,
-                primitive: hit.primID,
-            });
-        }
-        let mut query = Query::new(segment, start, unit);
-        let mut arguments = RTCIntersectArguments {
-            flags: RTCRayQueryFlags::INCOHERENT,
-            feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
-            context: (&raw mut query).cast(),
-            filter: None,
-            intersect: None,
-        };
-        // SAFETY: as above; the context is a `Query`, as the callbacks expect, and nobody else uses it meanwhile.
-        unsafe { rtcIntersect1(self.scene.0, target, &mut arguments) };
-        if let Some(payload) = query.panic {
-            resume_unwind(payload);
+        } else {
+            let mut query = Query::new(segment, scale);
+            let mut arguments = RTCIntersectArguments {
+                flags: RTCRayQueryFlags::INCOHERENT,
+                feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
+                context: (&raw mut query).cast(),
+                filter: None,
+                intersect: None,
+            };
+            // SAFETY: as above; the context is a `Query`, as the callbacks expect, and nobody else uses it meanwhile.
+            unsafe { rtcIntersect1(self.scene.0, target, &mut arguments) };
+            nearest = Some(query.finish());
         }
         let RTCRayHit { ray, hit } = &found.known;
         if hit.geomID == RTC_INVALID_GEOMETRY_ID {
             return None;
         }
-        // Embree's parameter is that of the analytic surface found last exactly if nothing nearer was found after it.
-        let is_surface = ray.tfar == query.embree_t(query.nearest);
-        let t = if is_surface { query.nearest } else { start + unit * f64::from(ray.tfar) };
+        // Embree's parameter is that of the nearest analytic surface exactly if no triangle is nearer.
+        let t = nearest.filter(|t| scale.tfar(*t) == ray.tfar).unwrap_or_else(|| scale.t(ray.tfar));
         Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry: hit.geomID, primitive: hit.primID })
     }
 
     fn blocked(&self, segment: &Segment) -> bool {
-        let Some(Cast { mut ray, start, unit }) = self.cast(segment) else { return false };
+        let Some((mut ray, scale)) = self.room.cast(segment) else { return false };
         if self.surfaces.is_empty() {
             // SAFETY: the scene is committed; null arguments mean the defaults.
             unsafe { rtcOccluded1(self.scene.0, &mut ray, ptr::null_mut()) };
-            return ray.tfar == f32::NEG_INFINITY;
-        }
-        let mut query = Query::new(segment, start, unit);
-        let mut arguments = RTCOccludedArguments {
-            flags: RTCRayQueryFlags::INCOHERENT,
-            feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
-            context: (&raw mut query).cast(),
-            filter: None,
-            occluded: None,
-        };
-        // SAFETY: as above; the context is a `Query`, as the callbacks expect, and nobody else uses it meanwhile.
-        unsafe { rtcOccluded1(self.scene.0, &mut ray, &mut arguments) };
-        if let Some(payload) = query.panic {
-            resume_unwind(payload);
+        } else {
+            let mut query = Query::new(segment, scale);
+            let mut arguments = RTCOccludedArguments {
+                flags: RTCRayQueryFlags::INCOHERENT,
+                feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
+                context: (&raw mut query).cast(),
+                filter: None,
+                occluded: None,
+            };
+            // SAFETY: as above; the context is a `Query`, as the callbacks expect, and nobody else uses it meanwhile.
+            unsafe { rtcOccluded1(self.scene.0, &mut ray, &mut arguments) };
+            query.finish();
         }
         ray.tfar == f32::NEG_INFINITY
     }
-}
-
-impl Scene {
-    /// The segment in single precision; None if it is no piece of a line, or passes the scene.
-    #[inline]
-    fn cast(&self, segment: &Segment) -> Option<Cast> {
-        let Segment { origin, direction, t_min, t_max } = *segment;
-        // Each comparison fails for what is not a number.
-        let is_near = origin.abs().cmple(DVec3::splat(self.near)).all() && t_min >= 0.0;
-        let size = direction.abs();
-        let is_sensible = size.cmple(DVec3::splat(1e6)).all() && size.cmpge(DVec3::splat(1e-6)).any();
-        if is_near && is_sensible {
-            return (t_min <= t_max).then(|| Cast { ray: ray(origin, direction, t_min, t_max), start: 0.0, unit: 1.0 });
-        }
-        self.cast_unusual(segment)
-    }
-
-    /// As [`Scene::cast`], for a segment that starts far off or behind its origin, or has an extreme direction.
-    #[cold]
-    fn cast_unusual(&self, segment: &Segment) -> Option<Cast> {
-        let Segment { origin, direction, t_min, t_max } = *segment;
-        let unit = direction.abs().max_element().recip();
-        let is_piece = origin.is_finite() && direction.is_finite() && unit.is_finite() && t_min <= t_max;
-        if !is_piece || self.bounds.is_empty() {
-            return None;
-        }
-        let (start, end) = self.bounds.clip(origin, direction, t_min, t_max)?;
-        let origin = segment.at(start);
-        origin.is_finite().then(|| Cast { ray: ray(origin, direction * unit, 0.0, (end - start) / unit), start, unit })
-    }
-}
-
-fn ray(origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> RTCRay {
-    let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) = (origin.as_vec3().to_array(), direction.as_vec3().to_array());
-    let (tnear, tfar) = (t_min as f32, t_max as f32);
-    RTCRay { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time: 0.0, tfar, mask: u32::MAX, id: 0, flags: 0 }
 }
 
 // ---- Analytic surfaces ----
@@ -383,18 +294,21 @@ struct Surface {
 }
 
 impl<'a> Query<'a> {
-    fn new(segment: &'a Segment, start: f64, unit: f64) -> Self {
-        Self { ids: [RTC_INVALID_GEOMETRY_ID; 8], segment, start, unit, nearest: segment.t_max, panic: None }
+    fn new(segment: &'a Segment, scale: Scale) -> Self {
+        Self { ids: [RTC_INVALID_GEOMETRY_ID; 8], segment, scale, nearest: segment.t_max, panic: None }
     }
 
-    /// Embree's parameter for the segment's parameter `t`.
-    fn embree_t(&self, t: f64) -> f32 {
-        ((t - self.start) / self.unit) as f32
+    /// The parameter of the nearest analytic surface, after the query; goes on with a panic of a surface.
+    fn finish(self) -> f64 {
+        match self.panic {
+            Some(payload) => resume_unwind(payload),
+            None => self.nearest,
+        }
     }
 
     /// Where the segment meets the surface before Embree's parameter `tfar`.
     fn meet(&mut self, surface: &Surface, tfar: f32) -> Option<f64> {
-        let t_max = self.nearest.min(self.start + self.unit * f64::from(tfar));
+        let t_max = self.nearest.min(self.scale.t(tfar));
         let segment = Segment { t_max, ..*self.segment };
         let t = match catch_unwind(AssertUnwindSafe(|| surface.surface.intersect(&segment))) {
             Ok(t) => t,
@@ -430,7 +344,7 @@ unsafe extern "C" fn surface_intersect(arguments: *const RTCIntersectFunctionNAr
         let found = arguments.rayhit as *mut RTCRayHit;
         if let Some(t) = query.meet(surface, (*found).ray.tfar) {
             query.nearest = t;
-            (*found).ray.tfar = query.embree_t(t);
+            (*found).ray.tfar = query.scale.tfar(t);
             (*found).hit.geomID = arguments.geomID;
             (*found).hit.primID = arguments.primID;
         }

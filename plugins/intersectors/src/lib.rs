@@ -10,6 +10,8 @@ use bhs_core::intersector::IntersectorBuilder;
 #[cfg(feature = "embree")]
 pub mod embree;
 pub mod reference;
+#[cfg(feature = "embree")]
+mod single;
 
 /// All intersectors; the first is the default.
 pub const ALL: &[Plugin<dyn IntersectorBuilder>] = &[
@@ -34,4 +36,4 @@ fn check(geometries: &[Geometry]) -> Result<(), String> {
 }
 
 #[cfg(all(test, feature = "embree"))]
-bhs_core::every_file_is_listed!([ALL], helpers: []);
+bhs_core::every_file_is_listed!([ALL], helpers: ["single"]);

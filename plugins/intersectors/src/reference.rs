@@ -71,8 +71,8 @@ impl IntersectorBuilder for Reference {
                 Geometry::Analytic(surface) => primitives.push(Primitive { geometry, primitive: 0, bounds: surface.bounds() }),
             }
         }
-        // An analytic surface may be empty, and a mesh may come with vertices that are not finite.
-        primitives.retain(|p| !p.bounds.is_empty() && !p.bounds.min.is_nan() && !p.bounds.max.is_nan());
+        // An analytic surface may be empty, and so is the box of a triangle whose vertices are not numbers.
+        primitives.retain(|p| !p.bounds.is_empty());
         if u32::try_from(primitives.len()).is_err() {
             return Err(format!("{} triangles are more than can be numbered", primitives.len()));
         }

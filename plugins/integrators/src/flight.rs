@@ -1,0 +1,122 @@
+//! One ray around the hole, from its start to where it ends: what the curved integrators share.
+
+use crate::chords::{Chords, chord_angle, reach};
+use crate::orbit::{Fate, OrbitPlane, State, Stepper};
+use crate::straight::Straight;
+use bhs_core::blackhole::{BlackHole, Observer};
+use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::params::Params;
+use bhs_core::stats::TraceLog;
+use bhs_core::world::World;
+use glam::DVec3;
+
+/// A ray about to be followed.
+pub struct Flight<'w> {
+    world: &'w World,
+    /// The hole; `rs` > 0.
+    pub hole: &'w BlackHole,
+    plane: OrbitPlane,
+    origin: DVec3,
+    /// State of the orbit at the ray's origin.
+    pub start: State,
+}
+
+impl<'w> Flight<'w> {
+    /// Prepares to follow `ray`; or where it arrives, if that needs no orbit: without a hole, or inside of it.
+    pub fn begin(world: &'w World, ray: &Ray, log: &mut TraceLog) -> Result<Self, Arrival> {
+        let Some(hole) = world.hole.as_ref().filter(|h| h.rs > 0.0) else {
+            return Err(Straight.trace(world, ray, log));
+        };
+        log.counters.geodesics += 1;
+        log.phi = 0.0;
+        log.point(ray.origin);
+        let (plane, start) = OrbitPlane::of_ray(hole.center, ray.origin, ray.direction);
+        if start.u * hole.rs >= 1.0 {
+            log.counters.captured += 1;
+            return Err(Arrival::Hole);
+        }
+        if !(start.u > 0.0 && start.du.is_finite()) {
+            log.counters.out_of_steps += 1;
+            return Err(Arrival::OutOfSteps);
+        }
+        Ok(Self { world, hole, plane, origin: ray.origin, start })
+    }
+
+    /// Follows `orbit`, which begins at `start`, by chords of at most the angle `chord`.
+    pub fn follow<S: Stepper>(self, mut orbit: S, chord: f64, max_steps: u64, log: &mut TraceLog) -> Arrival {
+        let mut chords = Chords::new(self.world, self.hole, self.plane, self.origin, &self.start, chord);
+        for _ in 0..max_steps {
+            let (step, fate) = orbit.advance();
+            log.counters.steps += 1;
+            if let Some(hit) = chords.meet(&step, log) {
+                log.counters.hit += 1;
+                return Arrival::Surface(hit);
+            }
+            log.phi = crate::orbit::Dense::end(&step).phi;
+            match fate {
+                Fate::Underway => {}
+                Fate::Escaped => {
+                    log.counters.escaped += 1;
+                    return Arrival::Sky(self.plane.radial(log.phi));
+                }
+                Fate::Captured => {
+                    log.counters.captured += 1;
+                    return Arrival::Hole;
+                }
+            }
+        }
+        log.counters.out_of_steps += 1;
+        Arrival::OutOfSteps
+    }
+}
+
+/// The static observer at `point`.
+pub fn static_observer(world: &World, point: DVec3) -> Option<Observer> {
+    world.hole.as_ref().map_or(Some(Observer::FLAT), |hole| hole.observer(point))
+}
+
+/// How far what is traced may stray from the true ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// A distance [scene units].
+    Absolute(f64),
+    /// Relative to the diagonal of the box around all surfaces.
+    Relative(f64),
+}
+
+impl Tolerance {
+    /// What scenes get that do not ask for anything.
+    pub const DEFAULT: Self = Self::Relative(1e-4);
+
+    /// The parameter `tolerance`.
+    pub fn read(p: &Params) -> Self {
+        let about = "largest distance between the true ray and what is traced; by default 1e-4 of the scene's diagonal";
+        match p.optional::<f64>("tolerance", "scene", about) {
+            Some(t) if t > 0.0 => Self::Absolute(t),
+            Some(t) => {
+                p.reject("tolerance", "`tolerance` must be above 0", format!("found {t}"));
+                Self::DEFAULT
+            }
+            None => Self::DEFAULT,
+        }
+    }
+
+    /// The distance [scene units].
+    pub fn distance(self, world: &World) -> f64 {
+        match self {
+            Self::Absolute(t) => t,
+            Self::Relative(_) if world.bounds.is_empty() => f64::INFINITY,
+            Self::Relative(t) => t * (world.bounds.max - world.bounds.min).length(),
+        }
+    }
+
+    /// The largest angle of a chord, if it may take up `share` of the tolerance, in radians.
+    pub fn chord(self, flight: &Flight, share: f64) -> f64 {
+        chord_angle(flight.hole.rs, share * self.distance(flight.world))
+    }
+
+    /// `share` of the tolerance, relative to the distance from the hole to the farthest surface.
+    pub fn relative(self, flight: &Flight, share: f64) -> f64 {
+        (share * self.distance(flight.world) / reach(flight.world, flight.hole)).min(1e-2)
+    }
+}

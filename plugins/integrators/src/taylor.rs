@@ -1,0 +1,123 @@
+//! Light orbits around a Schwarzschild hole by long Taylor steps.
+//!
+//! `u'' = (3/2) rs u^2 - u` gives the Taylor coefficients of u one after the other, each by one short sum over the former:
+//!
+//! `(n+1)(n+2) c[n+2] = (3/2) rs (c[0] c[n] + c[1] c[n-1] + ... + c[n] c[0]) - c[n]`
+//!
+//! They are the dense output as well. A step is as long as the last coefficients allow (Jorba and Zou 2005, "A software
+//! package for the numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14).
+
+use crate::orbit::{Dense, Fate, State, Stepper, room};
+
+/// Number of coefficients. Measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
+/// geodesic takes the least time, 2 to 3 steps.
+const TERMS: usize = 16;
+
+/// Longest step, in radians. A straight line sweeps 180 degrees; half of it keeps the ends of an orbit apart.
+const LONGEST: f64 = 1.5;
+
+/// An orbit stepped by Taylor series.
+#[derive(Clone, Copy, Debug)]
+pub struct TaylorOrbit {
+    rs: f64,
+    state: State,
+    /// Largest error of u in a step.
+    error: f64,
+}
+
+impl TaylorOrbit {
+    /// The orbit from `start`. Its points stray from the true orbit by about `error` times the distance from the hole, as far as
+    /// double precision goes.
+    ///
+    /// An error of u moves a point across the ray by its ratio to 1/b times r. Near the critical impact parameter more is
+    /// asked of a step: there an error on the way in changes `epsilon = (rs/b)^2 - 4/27`, and the angle at which the ray
+    /// leaves by the relative change of epsilon. What cannot be asked for is an epsilon better than rounding: the angle is
+    /// uncertain by some 1e-15/|epsilon|.
+    pub fn new(rs: f64, start: State, error: f64) -> Self {
+        let inverse_b_squared = start.du * start.du + start.u * start.u * (1.0 - rs * start.u);
+        let epsilon = inverse_b_squared * rs * rs - 4.0 / 27.0;
+        let closeness = (epsilon.abs() / (inverse_b_squared * rs * rs)).min(1.0);
+        let error = inverse_b_squared.sqrt() * (SAFETY * error * closeness).max(0.5 * f64::EPSILON);
+        Self { rs, state: start, error }
+    }
+}
+
+/// Share of the error that one step may make: the last coefficients overestimate its error, later steps magnify it.
+const SAFETY: f64 = 0.4;
+
+/// A Taylor step: a polynomial in the angle since its start.
+#[derive(Clone, Copy, Debug)]
+pub struct TaylorStep {
+    c: [f64; TERMS],
+    start: State,
+    end: State,
+}
+
+impl Dense for TaylorStep {
+    fn start(&self) -> State {
+        self.start
+    }
+
+    fn end(&self) -> State {
+        self.end
+    }
+
+    fn at(&self, phi: f64) -> State {
+        let t = phi - self.start.phi;
+        let (mut u, mut du) = (0.0, 0.0);
+        for c in self.c.iter().rev() {
+            du = du * t + u;
+            u = u * t + c;
+        }
+        State { phi, u, du }
+    }
+
+    fn u_at(&self, phi: f64) -> f64 {
+        // Even and odd powers apart: two short chains of operations instead of a long one.
+        let t = phi - self.start.phi;
+        let tt = t * t;
+        let (mut even, mut odd) = (0.0, 0.0);
+        for pair in self.c.chunks_exact(2).rev() {
+            even = even * tt + pair[0];
+            odd = odd * tt + pair[1];
+        }
+        even + t * odd
+    }
+
+    fn until(self, end: State) -> Self {
+        Self { end, ..self }
+    }
+}
+
+/// The Taylor coefficients of the orbit through (u, u').
+fn coefficients(rs: f64, u: f64, du: f64) -> [f64; TERMS] {
+    let mut c = [0.0; TERMS];
+    (c[0], c[1]) = (u, du);
+    for n in 0..TERMS - 2 {
+        let pairs: f64 = (0..n.div_ceil(2)).map(|i| c[i] * c[n - i]).sum();
+        let middle = if n % 2 == 0 { c[n / 2] * c[n / 2] } else { 0.0 };
+        c[n + 2] = (1.5 * rs * (2.0 * pairs + middle) - c[n]) * (1.0 / ((n + 1) * (n + 2)) as f64);
+    }
+    c
+}
+
+impl Stepper for TaylorOrbit {
+    type Step = TaylorStep;
+
+    fn advance(&mut self) -> (TaylorStep, Fate) {
+        let start = self.state;
+        let c = coefficients(self.rs, start.u, start.du);
+        // The last two coefficients, for one of them is zero where the orbit is symmetric; as no step is longer than LONGEST,
+        // the very last counts for no more than so many times the one before. And two more, for coefficients change sign and
+        // may be small by chance: these would shrink by 8 or so if the nearest pole were some 3 rad away, as it is near the hole.
+        let pair = |n: usize| c[n].abs() + LONGEST * c[n + 1].abs();
+        let last = pair(TERMS - 2) + 0.125 * pair(TERMS - 4);
+        let longest = (self.error / last).powf(1.0 / (TERMS - 2) as f64).min(LONGEST);
+        let h = room(self.rs, &start, longest);
+        let whole = TaylorStep { c, start, end: start };
+        let whole = whole.until(whole.at(start.phi + h));
+        let (step, fate) = whole.within_space(self.rs);
+        self.state = step.end;
+        (step, fate)
+    }
+}

@@ -1,0 +1,182 @@
+//! What the tests of this crate share: random numbers, small worlds, and an intersector that asks every surface.
+#![allow(dead_code, reason = "every test file is a crate of its own and uses its part")]
+
+use bhs_core::blackhole::{BlackHole, FrameConvention};
+use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, SurfaceGeometry, TriangleMesh};
+use bhs_core::intersector::{Intersector, PrimitiveHit};
+use bhs_core::world::World;
+use glam::{DVec3, Vec2};
+use std::sync::Arc;
+
+/// Random numbers (SplitMix64, Steele et al. 2014).
+pub struct Dice(pub u64);
+
+impl Dice {
+    /// Uniform in 0..1.
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform in `lo..hi`.
+    pub fn within(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + (hi - lo) * self.unit()
+    }
+
+    /// Uniform in the cube of half the side `half`.
+    pub fn point(&mut self, half: f64) -> DVec3 {
+        DVec3::new(self.within(-half, half), self.within(-half, half), self.within(-half, half))
+    }
+
+    /// A uniform direction.
+    pub fn direction(&mut self) -> DVec3 {
+        let z = self.within(-1.0, 1.0);
+        let (sin, cos) = self.within(0.0, std::f64::consts::TAU).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        DVec3::new(r * cos, r * sin, z)
+    }
+}
+
+/// A sphere.
+#[derive(Clone, Copy)]
+pub struct Ball {
+    pub center: DVec3,
+    pub radius: f64,
+}
+
+impl Analytic for Ball {
+    fn bounds(&self) -> Aabb {
+        Aabb { min: self.center - self.radius, max: self.center + self.radius }
+    }
+
+    fn intersect(&self, s: &Segment) -> Option<f64> {
+        let (o, d) = ((s.origin - self.center) / self.radius, s.direction / self.radius);
+        let (a, b) = (d.length_squared(), o.dot(d));
+        let h = o - d * (b / a);
+        let root = (a * (1.0 - h.length_squared())).sqrt();
+        let q = -(b + root.copysign(b));
+        let c = (o.length() - 1.0) * (o.length() + 1.0);
+        let (t0, t1) = (c / q, q / a);
+        [t0.min(t1), t0.max(t1)].into_iter().find(|t| s.t_min < *t && *t < s.t_max)
+    }
+
+    fn surface(&self, point: DVec3) -> SurfaceGeometry {
+        let normal = (point - self.center).normalize();
+        SurfaceGeometry { normal, shading_normal: normal, uv: Vec2::ZERO }
+    }
+
+    fn area(&self) -> f64 {
+        4.0 * std::f64::consts::PI * self.radius * self.radius
+    }
+
+    fn sample(&self, _: Vec2) -> AreaSample {
+        unreachable!("no test samples lights")
+    }
+
+    fn pdf(&self, _: DVec3) -> f64 {
+        unreachable!("no test samples lights")
+    }
+
+    fn rebase(&mut self, origin: DVec3) {
+        self.center -= origin;
+    }
+}
+
+/// Asks every surface, in double precision.
+pub struct AskAll(Vec<Geometry>);
+
+impl Intersector for AskAll {
+    fn closest(&self, segment: &Segment) -> Option<PrimitiveHit> {
+        let mut best: Option<PrimitiveHit> = None;
+        for (geometry, g) in self.0.iter().enumerate() {
+            let until = Segment { t_max: best.map_or(segment.t_max, |b| b.t), ..*segment };
+            let mut found = |t: f64, primitive: usize| {
+                best = Some(PrimitiveHit { t, geometry: geometry as u32, primitive: primitive as u32 });
+            };
+            match g {
+                Geometry::Analytic(surface) => {
+                    if let Some(t) = surface.intersect(&until) {
+                        found(t, 0);
+                    }
+                }
+                Geometry::Mesh(mesh) => {
+                    let mut nearest = until;
+                    for i in 0..mesh.triangles.len() {
+                        if let Some(t) = triangle(&nearest, mesh.corners(i as u32)) {
+                            nearest.t_max = t;
+                            found(t, i);
+                        }
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    fn blocked(&self, segment: &Segment) -> bool {
+        self.closest(segment).is_some()
+    }
+}
+
+/// Moeller and Trumbore 1997, edges included.
+fn triangle(s: &Segment, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let (ab, ac) = (b - a, c - a);
+    let p = s.direction.cross(ac);
+    let det = ab.dot(p);
+    let ao = s.origin - a;
+    let u = ao.dot(p) / det;
+    let q = ao.cross(ab);
+    let v = s.direction.dot(q) / det;
+    let t = ac.dot(q) / det;
+    let slack = -1e-12;
+    (u >= slack && v >= slack && u + v <= 1.0 - slack && s.t_min < t && t < s.t_max).then_some(t)
+}
+
+/// A world of these surfaces with a hole at `center`.
+pub fn world(geometries: Vec<Geometry>, center: DVec3, rs: f64) -> World {
+    let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
+    let hole = BlackHole { center, rs, redshift: true, frame: FrameConvention::Static };
+    World { intersector: Box::new(AskAll(geometries.clone())), geometries, bounds, hole: Some(hole), origin: DVec3::ZERO }
+}
+
+/// A mesh of triangles, each with its own corners.
+pub fn mesh(triangles: &[[DVec3; 3]]) -> Geometry {
+    let positions = triangles.iter().flatten().map(|p| p.as_vec3().to_array()).collect();
+    let triangles = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Geometry::Mesh(Arc::new(TriangleMesh { positions, triangles, ..Default::default() }))
+}
+
+/// An analytic sphere.
+pub fn ball(center: DVec3, radius: f64) -> Geometry {
+    Geometry::Analytic(Arc::new(Ball { center, radius }))
+}
+
+/// The twelve triangles of a box, watertight.
+pub fn room(min: DVec3, max: DVec3) -> Geometry {
+    let corner = |i: usize| {
+        let pick = |bit: usize, lo: f64, hi: f64| if i & bit == 0 { lo } else { hi };
+        DVec3::new(pick(1, min.x, max.x), pick(2, min.y, max.y), pick(4, min.z, max.z))
+    };
+    let positions = (0..8).map(|i| corner(i).as_vec3().to_array()).collect();
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    Geometry::Mesh(Arc::new(TriangleMesh { positions, triangles, ..Default::default() }))
+}
+
+/// A sphere of triangles: an octahedron, its faces divided `levels` times and pushed out; watertight.
+pub fn faceted_ball(center: DVec3, radius: f64, levels: u32) -> Geometry {
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    let mut faces = vec![[x, y, z], [y, -x, z], [-x, -y, z], [-y, x, z], [y, x, -z], [-x, y, -z], [-y, -x, -z], [x, -y, -z]];
+    for _ in 0..levels {
+        faces = faces
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let (ab, bc, ca) = ((a + b).normalize(), (b + c).normalize(), (c + a).normalize());
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    mesh(&faces.iter().map(|f| f.map(|p| center + p * radius)).collect::<Vec<_>>())
+}
