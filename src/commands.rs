@@ -178,7 +178,10 @@ fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
         phases.total()
     );
     if c.not_finite > 0 {
-        eprintln!("warning: {} samples were not finite and were left out; this is a fault of bhs, please report it", c.not_finite);
+        eprintln!(
+            "warning: {} samples were not finite and were left out; this is a fault of bhs, please report it",
+            c.not_finite
+        );
     }
     if c.out_of_steps > 0 {
         eprintln!("warning: {} rays ran out of steps and count as black; raise the integrator's `maxsteps`", c.out_of_steps);
@@ -225,7 +228,8 @@ pub fn trace(args: &TraceArgs) -> Result<ExitStatus> {
         eprintln!("error: scene and rays cannot both come from standard input");
         return Ok(ExitStatus::CommandLine);
     }
-    let Some(built) = load(&args.scene, &overrides(&args.scene_args)) else { return Ok(ExitStatus::Fault) };
+    let overrides = Overrides { without_camera: true, ..overrides(&args.scene_args) };
+    let Some(built) = load(&args.scene, &overrides) else { return Ok(ExitStatus::Fault) };
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     let name = args.rays.display();
     if args.rays == Path::new("-") {

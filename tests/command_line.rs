@@ -168,7 +168,13 @@ fn an_interrupt_writes_what_is_there_and_exits_with_130() {
 #[test]
 fn trace_answers_in_order_with_17_digits() {
     let dir = folder("BlackHole \"schwarzschild\" \"float rs\" 0.1\nTranslate 0 0 3\nShape \"sphere\"");
-    write(dir.path(), "scene.bhs", format!("LookAt 0 0 -5 0 0 0 0 1 0 {SMALL}BlackHole \"schwarzschild\" \"float rs\" 0.1\nTranslate 0 0 3\nShape \"sphere\""));
+    write(
+        dir.path(),
+        "scene.bhs",
+        format!(
+            "LookAt 0 0 -5 0 0 0 0 1 0 {SMALL}BlackHole \"schwarzschild\" \"float rs\" 0.1\nTranslate 0 0 3\nShape \"sphere\""
+        ),
+    );
     let rays = "# a comment\n0,1,-5, 0,0,2\n0,0,-5,0,0,1\n\n0,0,-5,0,0,-1\n";
     write(dir.path(), "rays.csv", rays);
     let (code, out, err) = run(dir.path(), &["trace", "scene.bhs", "--rays", "rays.csv", "--path"]);
@@ -186,10 +192,12 @@ fn trace_answers_in_order_with_17_digits() {
     assert!(hit["phi"].as_f64().is_some_and(|p| p > 1.0));
     assert!(out.lines().next().is_some_and(|l| l.contains("\"phi\":2.") && l.contains("e0")), "{out}");
     // From standard input, and with a straight integrator.
-    let run = |args: &[&str], input: &str| bhs().current_dir(dir.path()).args(args).write_stdin(input).output().expect("bhs starts");
+    let run =
+        |args: &[&str], input: &str| bhs().current_dir(dir.path()).args(args).write_stdin(input).output().expect("bhs starts");
     let straight = run(&["trace", "scene.bhs", "--rays", "-", "--integrator", "straight"], "0,0,-5,0,0,1\n");
     assert!(String::from_utf8_lossy(&straight.stdout).contains("\"hit\""));
-    for (bad, word) in [("0,0,0,0,0,0", "direction"), ("1,2,3", "6 numbers"), ("a,0,0,0,0,1", "`a`"), ("inf,0,0,0,0,1", "finite")] {
+    for (bad, word) in [("0,0,0,0,0,0", "direction"), ("1,2,3", "6 numbers"), ("a,0,0,0,0,1", "`a`"), ("inf,0,0,0,0,1", "finite")]
+    {
         let out = run(&["trace", "scene.bhs", "--rays", "-"], &format!("0,0,-5,0,0,1\n{bad}\n"));
         let err = String::from_utf8_lossy(&out.stderr).into_owned();
         assert_eq!(out.status.code(), Some(1), "{bad}");

@@ -124,7 +124,8 @@ fn a_million_rays_do_not_leave_the_closed_cornell_box() {
             if let Arrival::Surface(hit) = arrival {
                 let surface = scene.world.surface(&hit);
                 // Back into the side that it came from.
-                let wi = if direction.dot(surface.normal) * hit.direction.dot(surface.normal) > 0.0 { -direction } else { direction };
+                let wi =
+                    if direction.dot(surface.normal) * hit.direction.dot(surface.normal) > 0.0 { -direction } else { direction };
                 ray = scene.world.spawn(&hit, surface.normal, wi);
                 rays += 1;
                 arrival = scene.integrator.trace(&scene.world, &ray, &mut log);

@@ -354,7 +354,11 @@ impl<'a> Params<'a> {
         match param.ty.value {
             ParamType::Spectrum | ParamType::Rgb | ParamType::Blackbody | ParamType::Float => self.build_spectrum(param, role),
             other => {
-                self.wrong_type(param, &format!("`{name}` takes a spectrum, not a {}", other.word()), "spectrum");
+                self.wrong_type(
+                    param,
+                    &format!("`{name}` takes a spectrum, not a value of the type `{}`", other.word()),
+                    "spectrum",
+                );
                 None
             }
         }
@@ -421,7 +425,7 @@ impl<'a> Params<'a> {
         let (found, expected) = (param.ty.value, T::TYPES[0]);
         let integer_for_float = found == ParamType::Integer && expected == ParamType::Float;
         if !T::TYPES.contains(&found) && !integer_for_float {
-            let message = format!("`{name}` is a {}, not a {}", expected.word(), found.word());
+            let message = format!("`{name}` has the type `{}`, not `{}`", expected.word(), found.word());
             self.wrong_type(param, &message, expected.word());
             return None;
         }

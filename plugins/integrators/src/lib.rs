@@ -5,6 +5,9 @@
 
 pub mod chords;
 pub mod closed_form;
+pub mod connect;
+mod connect_lanes;
+pub mod connect_solve;
 mod double;
 pub mod flight;
 pub mod orbit;
@@ -30,5 +33,5 @@ pub const ALL: &[Plugin<dyn Integrator>] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "closed_form", "double", "flight", "orbit", "refine", "taylor"]);
+        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_solve", "double", "flight", "orbit", "refine", "taylor"]);
 }

@@ -134,5 +134,5 @@ fn faults_are_told() {
     assert_eq!(errors(&[number(ParamType::Float, "scale", -1.0)]), ["`scale` must be a number from 0 up"]);
     assert_eq!(errors(&[number(ParamType::Float, "scale", 1e300)]), ["`scale` must be a number from 0 up"]);
     assert_eq!(errors(&[number(ParamType::Integer, "filename", 1.0)]), ["unknown parameter `filename`"]);
-    assert_eq!(errors(&[number(ParamType::Point2, "L", 1.0)]), ["`L` takes a spectrum, not a point2"]);
+    assert_eq!(errors(&[number(ParamType::Point2, "L", 1.0)]), ["`L` takes a spectrum, not a value of the type `point2`"]);
 }

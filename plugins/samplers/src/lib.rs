@@ -18,7 +18,8 @@ fn pixel_samples_and_seed(p: &Params) -> (u32, u64) {
 
 /// A seed for one dimension of one pixel.
 fn hash(seed: u64, pixel: [u32; 2], dimension: u32) -> u64 {
-    mix64(mix64(seed ^ (u64::from(pixel[0]) << 32 | u64::from(pixel[1]))) ^ u64::from(dimension))
+    // Each in turn: the exclusive or of raw numbers would make neighbouring seeds share their pixels' numbers.
+    mix64(mix64(mix64(seed) ^ (u64::from(pixel[0]) << 32 | u64::from(pixel[1]))) ^ u64::from(dimension))
 }
 
 #[cfg(test)]
@@ -64,6 +65,16 @@ mod tests {
             // Sobol points fill the cells almost evenly, independent ones within 5 standard deviations.
             let limit = if name == "sobol" { 2 } else { 40 };
             assert!(worst <= limit, "{name}: {worst}");
+        }
+    }
+
+    #[test]
+    fn seeds_do_not_share_numbers() {
+        let first = |seed: u64, pixel: [u32; 2]| super::independent::Independent { samples: 1, seed }.number(pixel, 0, 0);
+        for y in 0..64 {
+            for other in 0..64 {
+                assert_ne!(first(7, [3, y]), first(8, [3, other]));
+            }
         }
     }
 
