@@ -35,6 +35,7 @@ impl BlackHole {
     }
 
     /// The observer who stands still at `point`; `None` at and inside the horizon, where nobody can.
+    #[inline]
     pub fn observer(&self, point: DVec3) -> Option<Observer> {
         let from_center = point - self.center;
         let r = from_center.length();
@@ -79,31 +80,37 @@ impl LocalFrame {
     /// The frame in which chart and local directions agree.
     pub const FLAT: Self = Self { radial: DVec3::Z, sqrt_f: 1.0 };
 
+    #[inline]
     fn scale_radial(&self, v: DVec3, factor: f64) -> DVec3 {
         if self.sqrt_f == 1.0 { v } else { v + self.radial * (v.dot(self.radial) * (factor - 1.0)) }
     }
 
     /// The unit local direction of a chart direction.
+    #[inline]
     pub fn local_direction(&self, chart: DVec3) -> DVec3 {
         self.scale_radial(chart, 1.0 / self.sqrt_f).normalize()
     }
 
     /// The unit chart direction of a local direction.
+    #[inline]
     pub fn chart_direction(&self, local: DVec3) -> DVec3 {
         self.scale_radial(local, self.sqrt_f).normalize()
     }
 
     /// The unit local normal of a surface with the given chart normal: normals scale inversely to directions.
+    #[inline]
     pub fn local_normal(&self, chart: DVec3) -> DVec3 {
         self.scale_radial(chart, self.sqrt_f).normalize()
     }
 
     /// Local area over chart area, for a surface element with unit chart normal `n`.
+    #[inline]
     pub fn area_factor(&self, n: DVec3) -> f64 {
         self.scale_radial(n, self.sqrt_f).length() / self.sqrt_f
     }
 
     /// Local solid angle over chart solid angle, around the unit chart direction `d`.
+    #[inline]
     pub fn solid_angle_factor(&self, d: DVec3) -> f64 {
         let stretched = self.scale_radial(d, 1.0 / self.sqrt_f).length();
         1.0 / (self.sqrt_f * stretched * stretched * stretched)

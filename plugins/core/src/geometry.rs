@@ -46,6 +46,7 @@ impl Aabb {
     }
 
     /// The eight corners.
+    #[inline]
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|i| {
             let pick = |bit: usize, lo: f64, hi: f64| if i & bit == 0 { lo } else { hi };
@@ -54,6 +55,7 @@ impl Aabb {
     }
 
     /// The part `(enter, leave)` of `t_min..=t_max` for which `origin + t direction` lies in the box, if any.
+    #[inline]
     pub fn clip(&self, origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> Option<(f64, f64)> {
         let (mut enter, mut leave) = (t_min, t_max);
         for axis in 0..3 {
@@ -87,6 +89,7 @@ pub struct Segment {
 
 impl Segment {
     /// The point at `t`.
+    #[inline]
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction * t
     }
@@ -107,6 +110,7 @@ pub struct TriangleMesh {
 
 impl TriangleMesh {
     /// The corners of a triangle.
+    #[inline]
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|v| DVec3::from_array(self.positions[v as usize].map(f64::from)))
     }
@@ -277,6 +281,7 @@ impl Shape for WorldGeometry {
 }
 
 /// A uniform point of a triangle of `mesh`: the point and its barycentric coordinates.
+#[inline]
 pub fn sample_triangle(mesh: &TriangleMesh, triangle: u32, u: Vec2) -> (DVec3, DVec2) {
     let [a, b, c] = mesh.corners(triangle);
     let w = uniform_triangle(u).as_dvec2();

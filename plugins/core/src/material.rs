@@ -45,11 +45,13 @@ pub trait Material: Send + Sync {
 }
 
 /// Cosine of the angle to the shading normal.
+#[inline]
 pub fn cos_theta(w: Vec3) -> f32 {
     w.z
 }
 
 /// Whether both directions lie on the same side of the surface.
+#[inline]
 pub fn same_hemisphere(a: Vec3, b: Vec3) -> bool {
     a.z * b.z > 0.0
 }

@@ -3,15 +3,14 @@
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// A source of numbers in [0,1), without state: the same arguments give the same number, on any thread, in any order.
-pub trait Sampler: Send + Sync {
-    /// Number `dimension` of sample `index` of the pixel.
-    fn number(&self, pixel: [u32; 2], index: u32, dimension: u32) -> f32;
+/// Numbers that a sampler gives at a time, well distributed together.
+pub const SET: usize = 4;
 
-    /// Numbers `dimension` and `dimension + 1`, well distributed together.
-    fn pair(&self, pixel: [u32; 2], index: u32, dimension: u32) -> Vec2 {
-        Vec2::new(self.number(pixel, index, dimension), self.number(pixel, index, dimension + 1))
-    }
+/// A source of numbers in [0,1), without state: the same arguments give the same numbers, on any thread, in any order.
+pub trait Sampler: Send + Sync {
+    /// Set number `set` of sample `index` of the pixel: [`SET`] numbers that are well distributed together over the pixel's
+    /// samples, and independent of those of other sets and pixels.
+    fn numbers(&self, pixel: [u32; 2], index: u32, set: u32) -> [f32; SET];
 
     /// Samples a pixel that the scene asks for.
     fn samples_per_pixel(&self) -> u32;
@@ -22,25 +21,40 @@ pub struct SampleStream<'a> {
     sampler: &'a dyn Sampler,
     pixel: [u32; 2],
     index: u32,
-    dimension: u32,
+    next_set: u32,
+    numbers: [f32; SET],
+    used: usize,
 }
 
 impl<'a> SampleStream<'a> {
     /// The stream of sample `index` of `pixel`, from its first number.
     pub fn new(sampler: &'a dyn Sampler, pixel: [u32; 2], index: u32) -> Self {
-        Self { sampler, pixel, index, dimension: 0 }
+        Self { sampler, pixel, index, next_set: 0, numbers: [0.0; SET], used: SET }
     }
 
     /// The next number.
+    #[inline]
     pub fn next_1d(&mut self) -> f32 {
-        self.dimension += 1;
-        self.sampler.number(self.pixel, self.index, self.dimension - 1)
+        self.reserve(1);
+        self.used += 1;
+        self.numbers[self.used - 1]
     }
 
-    /// The next two numbers.
+    /// The next two numbers, well distributed together.
+    #[inline]
     pub fn next_2d(&mut self) -> Vec2 {
-        self.dimension += 2;
-        self.sampler.pair(self.pixel, self.index, self.dimension - 2)
+        self.reserve(2);
+        self.used += 2;
+        Vec2::new(self.numbers[self.used - 2], self.numbers[self.used - 1])
+    }
+
+    /// Begins a new set unless `count` numbers of the current one are left.
+    fn reserve(&mut self, count: usize) {
+        if self.used + count > SET {
+            self.numbers = self.sampler.numbers(self.pixel, self.index, self.next_set);
+            self.next_set += 1;
+            self.used = 0;
+        }
     }
 }
 
@@ -48,6 +62,7 @@ impl<'a> SampleStream<'a> {
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A well mixed 64-bit hash of a 64-bit number (the finaliser of SplitMix64; Steele, Lea and Flood 2014).
+#[inline]
 pub fn mix64(mut z: u64) -> u64 {
     z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -56,11 +71,13 @@ pub fn mix64(mut z: u64) -> u64 {
 }
 
 /// The top 24 bits of `bits` as a number in [0,1).
+#[inline]
 pub fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
 /// A point of the unit disk, uniform, by the concentric map (Shirley and Chiu 1997).
+#[inline]
 pub fn concentric_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - 1.0;
     if o == Vec2::ZERO {
@@ -72,12 +89,14 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
 }
 
 /// A direction of the hemisphere z > 0 with density cos(theta)/pi.
+#[inline]
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let d = concentric_disk(u);
     d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
 }
 
 /// A direction of the hemisphere z >= 0 with density 1/(2 pi).
+#[inline]
 pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
     let z = u.x;
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -86,6 +105,7 @@ pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
 }
 
 /// Barycentric coordinates (of the second and third vertex) of a point of a triangle, uniform by area (Heitz 2019).
+#[inline]
 pub fn uniform_triangle(u: Vec2) -> Vec2 {
     if u.x < u.y {
         let b0 = u.x / 2.0;
@@ -97,6 +117,7 @@ pub fn uniform_triangle(u: Vec2) -> Vec2 {
 }
 
 /// The balance heuristic's weight of a sample drawn with density `f` where the other technique has density `g`.
+#[inline]
 pub fn balance_heuristic(f: f32, g: f32) -> f32 {
     if f.is_infinite() { 1.0 } else { f / (f + g) }
 }

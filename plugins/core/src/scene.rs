@@ -109,6 +109,7 @@ pub struct Vertex<'s> {
 
 impl Vertex<'_> {
     /// The unit chart direction of a direction in the shading frame.
+    #[inline]
     pub fn chart_direction(&self, w: Vec3) -> DVec3 {
         let w = w.as_dvec3();
         let local = self.axes[0] * w.x + self.axes[1] * w.y + self.axes[2] * w.z;
@@ -116,6 +117,7 @@ impl Vertex<'_> {
     }
 
     /// The direction in the shading frame of a unit chart direction.
+    #[inline]
     pub fn shading_direction(&self, chart: DVec3) -> Vec3 {
         let local = self.observer.frame.local_direction(chart);
         DVec3::from_array(self.axes.map(|a| a.dot(local))).as_vec3()
@@ -123,11 +125,13 @@ impl Vertex<'_> {
 
     /// Whether the surface and its shading normal agree on which side of it `wi` lies, relative to `wo`. Where they do not,
     /// light would leak through the surface.
+    #[inline]
     pub fn is_consistent(&self, wi: Vec3) -> bool {
         (self.wo.z * wi.z > 0.0) == (self.wn.dot(self.wo) * self.wn.dot(wi) > 0.0)
     }
 
     /// The light that the surface itself sends back along the path, as the camera receives it.
+    #[inline]
     pub fn emitted(&self) -> SampledSpectrum {
         match self.emitter {
             Some(emitter) => {
@@ -146,6 +150,7 @@ impl Vertex<'_> {
 
 /// What the spectral radiance per wavelength is multiplied with on the way to a camera that receives its wavelength divided
 /// by `shift`: `L lambda^5` is constant along a ray (Liouville; I_nu/nu^3 is invariant).
+#[inline]
 pub fn radiance_shift(shift: f64) -> f32 {
     if shift == 1.0 { 1.0 } else { shift.powi(5) as f32 }
 }
@@ -183,6 +188,7 @@ impl Scene {
     }
 
     /// Wavelength at `observer` over wavelength at the camera.
+    #[inline]
     pub fn shift(&self, observer: &Observer) -> f64 {
         observer.lapse / self.camera.lapse
     }

@@ -19,6 +19,7 @@ pub trait Spectrum: Send + Sync + Debug {
     fn max(&self, lo: f32, hi: f32) -> f32;
 
     /// The values at all wavelengths of a path.
+    #[inline]
     fn sample(&self, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
         SampledSpectrum(lambda_nm.map(|l| self.at(l)))
     }
@@ -51,36 +52,43 @@ impl SampledSpectrum {
     pub const ONE: Self = Self([1.0; N_LAMBDA]);
 
     /// The same value at all wavelengths.
+    #[inline]
     pub fn splat(value: f32) -> Self {
         Self([value; N_LAMBDA])
     }
 
     /// Applies `f` to every value.
+    #[inline]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
         Self(self.0.map(f))
     }
 
     /// Joins two spectra value by value.
+    #[inline]
     pub fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
     }
 
     /// The largest value.
+    #[inline]
     pub fn max(self) -> f32 {
         self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
     }
 
     /// The mean of the values.
+    #[inline]
     pub fn mean(self) -> f32 {
         self.0.into_iter().sum::<f32>() / N_LAMBDA as f32
     }
 
     /// Whether every value is zero.
+    #[inline]
     pub fn is_zero(self) -> bool {
         self.0.into_iter().all(|v| v == 0.0)
     }
 
     /// Whether every value is finite.
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.0.into_iter().all(f32::is_finite)
     }
@@ -88,12 +96,14 @@ impl SampledSpectrum {
 
 impl Add for SampledSpectrum {
     type Output = Self;
+    #[inline]
     fn add(self, o: Self) -> Self {
         self.zip(o, |a, b| a + b)
     }
 }
 
 impl AddAssign for SampledSpectrum {
+    #[inline]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
@@ -101,6 +111,7 @@ impl AddAssign for SampledSpectrum {
 
 impl Sub for SampledSpectrum {
     type Output = Self;
+    #[inline]
     fn sub(self, o: Self) -> Self {
         self.zip(o, |a, b| a - b)
     }
@@ -108,12 +119,14 @@ impl Sub for SampledSpectrum {
 
 impl Mul for SampledSpectrum {
     type Output = Self;
+    #[inline]
     fn mul(self, o: Self) -> Self {
         self.zip(o, |a, b| a * b)
     }
 }
 
 impl MulAssign for SampledSpectrum {
+    #[inline]
     fn mul_assign(&mut self, o: Self) {
         *self = *self * o;
     }
@@ -121,12 +134,14 @@ impl MulAssign for SampledSpectrum {
 
 impl Mul<f32> for SampledSpectrum {
     type Output = Self;
+    #[inline]
     fn mul(self, s: f32) -> Self {
         self.map(|v| v * s)
     }
 }
 
 impl MulAssign<f32> for SampledSpectrum {
+    #[inline]
     fn mul_assign(&mut self, s: f32) {
         *self = *self * s;
     }
@@ -134,6 +149,7 @@ impl MulAssign<f32> for SampledSpectrum {
 
 impl Div<f32> for SampledSpectrum {
     type Output = Self;
+    #[inline]
     fn div(self, s: f32) -> Self {
         self.map(|v| v / s)
     }
@@ -141,12 +157,14 @@ impl Div<f32> for SampledSpectrum {
 
 impl Index<usize> for SampledSpectrum {
     type Output = f32;
+    #[inline]
     fn index(&self, i: usize) -> &f32 {
         &self.0[i]
     }
 }
 
 impl IndexMut<usize> for SampledSpectrum {
+    #[inline]
     fn index_mut(&mut self, i: usize) -> &mut f32 {
         &mut self.0[i]
     }
@@ -185,11 +203,13 @@ impl SampledWavelengths {
     }
 
     /// The wavelengths as an observer sees them whose `shift` is the ratio of local to camera wavelength.
+    #[inline]
     pub fn at(&self, shift: f32) -> [f32; N_LAMBDA] {
         self.lambda_nm.map(|l| l * shift)
     }
 
     /// Drops all wavelengths but the first, because the path now depends on it alone (dispersion).
+    #[inline]
     pub fn drop_secondary(&mut self) {
         if self.pdf[1..].iter().all(|p| *p == 0.0) {
             return;

@@ -59,6 +59,7 @@ pub struct TraceLog {
 
 impl TraceLog {
     /// Notes a point of the polyline, if wanted.
+    #[inline]
     pub fn point(&mut self, p: DVec3) {
         if let Some(polyline) = &mut self.polyline {
             polyline.push(p);

@@ -8,7 +8,9 @@ mod tracing;
 
 use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::Connection;
+use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::connect::{MOST_IMAGES, connect, connect_pair, join, swept_angle};
+use bhs_integrators::orbit::{OrbitPlane, State};
 use glam::DVec3;
 use std::f64::consts::PI;
 use tracing::{ROUNDING, Random, follow, hole, pair, spread_in_space, trace};
@@ -43,6 +45,29 @@ fn launch_directions_lead_to_the_other_point() {
         "{n} pairs: worst miss {:.1e} (image 0), {:.1e} (image 1) of the larger distance, {beyond} beyond 1e-9; worst turn {worst_turn:.1e}",
         worst[0], worst[1]
     );
+}
+
+#[test]
+fn the_exact_integrator_follows_them_to_the_other_point() {
+    let hole = hole(0.5);
+    let mut random = Random(15);
+    let mut worst = 0.0f64;
+    for i in 0..100_000 {
+        let (r1, r2, theta, image) = (hole.rs * random.radius(), hole.rs * random.radius(), random.angle(), i % 2);
+        let (x, y) = pair(&mut random, hole.center, r1, r2, theta);
+        let c = connect(&hole, x, y, image).unwrap();
+        let (plane, start) = OrbitPlane::of_ray(hole.center, x, c.launch);
+        let phi = swept_angle(theta, image);
+        let (u, du) = ClosedForm::new(hole.rs, start.u, start.du).at(phi);
+        let end = State { phi, u, du };
+        let gap = y - plane.point(&end);
+        let tangent = plane.direction(&end);
+        let miss = (gap - tangent * gap.dot(tangent)).length();
+        let f = trace(&hole, x, y, &c, image);
+        assert!(miss <= 1e-9 * r1.max(r2) + ROUNDING * f.sensitivity, "r1 {r1} r2 {r2} theta {theta} image {image}: {miss:.1e}");
+        worst = worst.max(miss / r1.max(r2));
+    }
+    eprintln!("worst miss by the exact orbit {worst:.1e} of the larger distance");
 }
 
 #[test]

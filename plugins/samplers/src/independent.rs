@@ -12,7 +12,7 @@
 use crate::{hash, pixel_samples_and_seed};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
-use bhs_core::sampling::{Sampler, mix64, unit_f32};
+use bhs_core::sampling::{SET, Sampler, mix64, unit_f32};
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Sampler> = Plugin { name: "independent", summary: "independent uniform numbers", build };
@@ -28,8 +28,10 @@ fn build(p: &Params) -> Option<Box<dyn Sampler>> {
 }
 
 impl Sampler for Independent {
-    fn number(&self, pixel: [u32; 2], index: u32, dimension: u32) -> f32 {
-        unit_f32((mix64(hash(self.seed, pixel, dimension) ^ (u64::from(index) << 32)) >> 32) as u32)
+    fn numbers(&self, pixel: [u32; 2], index: u32, set: u32) -> [f32; SET] {
+        let first = mix64(hash(self.seed, pixel, set) ^ u64::from(index));
+        let second = mix64(first);
+        [(first >> 32) as u32, first as u32, (second >> 32) as u32, second as u32].map(unit_f32)
     }
 
     fn samples_per_pixel(&self) -> u32 {

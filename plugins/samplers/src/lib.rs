@@ -16,10 +16,10 @@ fn pixel_samples_and_seed(p: &Params) -> (u32, u64) {
     (samples as u32, p.context().seed)
 }
 
-/// A seed for one dimension of one pixel.
-fn hash(seed: u64, pixel: [u32; 2], dimension: u32) -> u64 {
+/// A seed for one set of dimensions of one pixel.
+fn hash(seed: u64, pixel: [u32; 2], set: u32) -> u64 {
     // Each in turn: the exclusive or of raw numbers would make neighbouring seeds share their pixels' numbers.
-    mix64(mix64(mix64(seed) ^ (u64::from(pixel[0]) << 32 | u64::from(pixel[1]))) ^ u64::from(dimension))
+    mix64(mix64(mix64(seed) ^ (u64::from(pixel[0]) << 32 | u64::from(pixel[1]))) ^ u64::from(set))
 }
 
 #[cfg(test)]
@@ -38,17 +38,17 @@ mod tests {
     #[test]
     fn numbers_are_uniform_in_every_dimension_and_between_pixels() {
         for (name, sampler) in samplers() {
-            for dimension in [0, 1, 5, 300, 1000] {
+            for (set, k) in [(0, 0), (0, 1), (1, 2), (75, 3), (250, 0)] {
                 let (mut mean, mut square) = (0.0, 0.0);
                 let n = 4096;
                 for i in 0..n {
                     // Over samples of one pixel in one half, over pixels in the other.
-                    let x = if i % 2 == 0 { sampler.number([3, 4], i, dimension) } else { sampler.number([i, 4], 0, dimension) };
+                    let x = if i % 2 == 0 { sampler.numbers([3, 4], i, set)[k] } else { sampler.numbers([i, 4], 0, set)[k] };
                     assert!((0.0..1.0).contains(&x), "{name}: {x}");
                     mean += f64::from(x) / f64::from(n);
                     square += f64::from(x * x) / f64::from(n);
                 }
-                assert!((mean - 0.5).abs() < 0.02 && (square - 1.0 / 3.0).abs() < 0.02, "{name} {dimension}: {mean} {square}");
+                assert!((mean - 0.5).abs() < 0.02 && (square - 1.0 / 3.0).abs() < 0.02, "{name} {set} {k}: {mean} {square}");
             }
         }
     }
@@ -58,8 +58,8 @@ mod tests {
         for (name, sampler) in samplers() {
             let mut cells = [0u32; 64];
             for i in 0..4096 {
-                let p = sampler.pair([9, 2], i, 6);
-                cells[(p.x * 8.0) as usize * 8 + (p.y * 8.0) as usize] += 1;
+                let [_, _, x, y] = sampler.numbers([9, 2], i, 6);
+                cells[(x * 8.0) as usize * 8 + (y * 8.0) as usize] += 1;
             }
             let worst = cells.iter().map(|c| c.abs_diff(64)).max().unwrap_or(0);
             // Sobol points fill the cells almost evenly, independent ones within 5 standard deviations.
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn seeds_do_not_share_numbers() {
-        let first = |seed: u64, pixel: [u32; 2]| super::independent::Independent { samples: 1, seed }.number(pixel, 0, 0);
+        let first = |seed: u64, pixel: [u32; 2]| super::independent::Independent { samples: 1, seed }.numbers(pixel, 0, 0);
         for y in 0..64 {
             for other in 0..64 {
                 assert_ne!(first(7, [3, y]), first(8, [3, other]));
@@ -81,6 +81,6 @@ mod tests {
     #[test]
     fn more_than_the_table_of_samples_still_differ() {
         let sobol = super::sobol::Sobol { samples: 16, seed: 7 };
-        assert_ne!(sobol.number([1, 1], 0, 0), sobol.number([1, 1], 1 << 16, 0));
+        assert_ne!(sobol.numbers([1, 1], 0, 0), sobol.numbers([1, 1], 1 << 16, 0));
     }
 }

@@ -1,7 +1,7 @@
 //! `sobol`: Owen-scrambled Sobol points, another scrambling for each pixel.
 //!
-//! Samples of one pixel are well distributed in each dimension and over each set of four dimensions that begins at a multiple
-//! of four; sets are independent of one another, and so are pixels (Burley 2020, "Practical Hash-based Owen Scrambling").
+//! Samples of one pixel are well distributed in each dimension and over each set of four dimensions; sets are independent of one
+//! another, and so are pixels (Burley 2020, "Practical Hash-based Owen Scrambling").
 //! Best with a power of two of samples.
 //!
 //! | parameter | type | default | unit | meaning |
@@ -16,7 +16,7 @@
 use crate::{hash, pixel_samples_and_seed};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
-use bhs_core::sampling::{ONE_MINUS_EPSILON, Sampler};
+use bhs_core::sampling::{ONE_MINUS_EPSILON, SET, Sampler};
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Sampler> =
@@ -24,9 +24,6 @@ pub const PLUGIN: Plugin<dyn Sampler> =
 
 /// Points of one sequence; beyond, the next sequence begins.
 const SEQUENCE: u32 = 1 << 16;
-
-/// Dimensions that are well distributed together.
-const SET: u32 = 4;
 
 pub(crate) struct Sobol {
     pub samples: u32,
@@ -39,10 +36,10 @@ fn build(p: &Params) -> Option<Box<dyn Sampler>> {
 }
 
 impl Sampler for Sobol {
-    fn number(&self, pixel: [u32; 2], index: u32, dimension: u32) -> f32 {
-        // Sets of dimensions are padded: each is the same four-dimensional sequence, shuffled and scrambled by another seed.
-        let seed = hash(self.seed ^ u64::from(index / SEQUENCE), pixel, dimension / SET);
-        sobol_burley::sample(index % SEQUENCE, dimension % SET, seed as u32).min(ONE_MINUS_EPSILON)
+    fn numbers(&self, pixel: [u32; 2], index: u32, set: u32) -> [f32; SET] {
+        // All sets are the same four-dimensional sequence, each shuffled and scrambled by its own seed.
+        let seed = hash(self.seed ^ u64::from(index / SEQUENCE), pixel, set);
+        sobol_burley::sample_4d(index % SEQUENCE, 0, seed as u32).map(|x| x.min(ONE_MINUS_EPSILON))
     }
 
     fn samples_per_pixel(&self) -> u32 {
