@@ -13,7 +13,7 @@ pub struct Comparison {
     pub mse: f64,
     /// Mean of squared difference over squared reference (the second picture), with 1e-2 of its mean square added below.
     pub relative_mse: f64,
-    /// Peak signal-to-noise ratio for a peak of 1 [dB]; infinite for equal pictures.
+    /// Peak signal-to-noise ratio for a peak of 1 (dB); infinite for equal pictures.
     pub psnr: f64,
     /// Largest difference of two values.
     pub largest: f64,

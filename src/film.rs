@@ -4,7 +4,7 @@ use crate::image::{Frame, Picture};
 use bhs_core::camera::Film;
 use std::sync::Mutex;
 
-/// Side of a tile [pixels].
+/// Side of a tile (pixels).
 const TILE: u32 = 16;
 
 /// A rectangle of pixels.

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 /// A picture of any number of channels, 32-bit floats.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Width and height [pixels].
+    /// Width and height (pixels).
     pub size: [usize; 2],
-    /// Offset of the picture in the whole frame, and the frame's size [pixels].
+    /// Offset of the picture in the whole frame, and the frame's size (pixels).
     pub frame: Frame,
     /// Names of the channels.
     pub channels: Vec<String>,

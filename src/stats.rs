@@ -68,7 +68,7 @@ pub fn counters_to_json(c: &Counters) -> Value {
     })
 }
 
-/// The largest amount of memory that the process has had so far [bytes]; `None` where the system does not tell.
+/// The largest amount of memory that the process has had so far (bytes); `None` where the system does not tell.
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;

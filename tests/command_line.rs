@@ -22,7 +22,7 @@ const SMALL: &str = r#"
 /// A folder with a scene `scene.bhs` of the options above and `world`.
 fn folder(world: &str) -> TempDir {
     let dir = tempfile::tempdir().expect("a temporary folder");
-    write(dir.path(), "scene.bhs", &format!("{SMALL}{world}"));
+    write(dir.path(), "scene.bhs", format!("{SMALL}{world}"));
     dir
 }
 

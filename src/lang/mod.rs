@@ -4,7 +4,7 @@
 //! 2. [`parse`] turns text into directives ([`ast`]) and knows neither directives nor plugins;
 //! 3. [`resolve`] runs the directives (includes, transforms, attributes) and yields a [`description::SceneDescription`], plain
 //!    data that knows no plugin;
-//! 4. [`build`] makes the plugins and joins them to a [`build::BuiltScene`].
+//! 4. [`build`](mod@build) makes the plugins and joins them to a [`build::BuiltScene`].
 //!
 //! Every step yields its result *and* all faults that it found, with their places in the text.
 

@@ -12,7 +12,7 @@ use bhs_core::transport::LightTransport;
 use bhs_core::value::{Param, ParamType, Values};
 use glam::DAffine3;
 
-/// Longer side of a picture rendered with `--quick`, at most [pixels].
+/// Longer side of a picture rendered with `--quick`, at most (pixels).
 pub const QUICK_SIDE: u32 = 256;
 /// Samples a pixel with `--quick`, at most.
 pub const QUICK_SAMPLES: u32 = 16;
@@ -30,7 +30,7 @@ pub struct Overrides {
     pub spp: Option<u32>,
     /// Seed.
     pub seed: Option<u64>,
-    /// Width and height [pixels].
+    /// Width and height (pixels).
     pub resolution: Option<[u32; 2]>,
     /// x0, x1, y0, y1 of the part to render, as fractions of width and height.
     pub crop: Option<[f64; 4]>,

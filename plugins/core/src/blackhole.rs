@@ -18,9 +18,9 @@ pub enum FrameConvention {
 /// A Schwarzschild black hole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlackHole {
-    /// Centre [scene units]; render space in a built [`crate::scene::Scene`].
+    /// Centre (scene units); render space in a built [`crate::scene::Scene`].
     pub center: DVec3,
-    /// Schwarzschild radius, 2M with G = c = 1 [scene units].
+    /// Schwarzschild radius, 2M with G = c = 1 (scene units).
     pub rs: f64,
     /// Whether wavelengths and radiance shift along a ray.
     pub redshift: bool,

@@ -15,7 +15,7 @@ pub struct CameraRay {
 
 /// Turns points of the film into rays.
 pub trait Camera: Send + Sync {
-    /// The ray through the point `raster` of the film [pixels; x to the right, y down, pixel centres at halves]; `lens` is
+    /// The ray through the point `raster` of the film (pixels; x to the right, y down, pixel centres at halves); `lens` is
     /// two numbers in [0,1).
     fn ray(&self, raster: DVec2, lens: Vec2) -> CameraRay;
 
@@ -28,22 +28,22 @@ pub trait Camera: Send + Sync {
 
 /// A pixel's reconstruction filter, applied by choosing where samples go, so that each sample touches its own pixel only.
 pub trait Filter: Send + Sync {
-    /// Offset from the pixel's centre [pixels] and weight of a sample, from two numbers in [0,1).
+    /// Offset from the pixel's centre (pixels) and weight of a sample, from two numbers in [0,1).
     fn sample(&self, u: Vec2) -> (Vec2, f32);
 }
 
 /// Turns spectral samples into the numbers of a pixel.
 pub trait Film: Send + Sync {
-    /// Width and height [pixels].
+    /// Width and height (pixels).
     fn resolution(&self) -> [u32; 2];
 
-    /// The part of the picture that is rendered: x0, x1, y0, y1 [pixels], x1 and y1 excluded.
+    /// The part of the picture that is rendered: x0, x1, y0, y1 (pixels), x1 and y1 excluded.
     fn crop(&self) -> [u32; 4];
 
     /// File to write, unless the command line names one.
     fn filename(&self) -> &str;
 
-    /// Least and greatest recorded wavelength [nm].
+    /// Least and greatest recorded wavelength (nm).
     fn lambda_range(&self) -> [f32; 2];
 
     /// Names of the channels, as in the EXR file.

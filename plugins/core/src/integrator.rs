@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 /// A ray of light followed from where it is seen towards where it comes from. Render space, chart direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Start [scene units].
+    /// Start (scene units).
     pub origin: DVec3,
     /// Unit chart direction.
     pub direction: DVec3,
@@ -49,7 +49,7 @@ pub struct Connection {
     pub launch: DVec3,
     /// Unit chart direction in which it arrives at `y`.
     pub arrival: DVec3,
-    /// Area across the bundle at `y` per solid angle at `x`, both in the chart [scene units^2/sr]; distance^2 in flat space.
+    /// Area across the bundle at `y` per solid angle at `x`, both in the chart (scene units^2/sr); distance^2 in flat space.
     pub spread: f64,
 }
 

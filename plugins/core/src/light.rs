@@ -9,7 +9,7 @@ pub trait AreaLight: Send + Sync {
     /// direction at `cos_theta` from the outer normal.
     fn radiance(&self, uv: Vec2, cos_theta: f32, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum;
 
-    /// Exitance averaged over `lo..=hi` [nm], all sides: what lights are chosen by.
+    /// Exitance averaged over `lo..=hi` (nm), all sides: what lights are chosen by.
     fn exitance(&self, lo: f32, hi: f32) -> f32;
 }
 

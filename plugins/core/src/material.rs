@@ -12,7 +12,7 @@ use glam::{Vec2, Vec3};
 pub struct Shading {
     /// Texture coordinates.
     pub uv: Vec2,
-    /// Wavelengths of the path as they are at this point [nm].
+    /// Wavelengths of the path as they are at this point (nm).
     pub lambda_nm: [f32; N_LAMBDA],
 }
 
@@ -23,7 +23,7 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// BSDF times |cos(theta_i)| over density: what the path's throughput is multiplied with.
     pub weight: SampledSpectrum,
-    /// Density with respect to solid angle [1/sr]; 1 for a specular direction.
+    /// Density with respect to solid angle (1/sr); 1 for a specular direction.
     pub pdf: f32,
     /// Whether the direction was the only one possible (a mirror, smooth glass), so that `pdf` is no density.
     pub specular: bool,
@@ -34,7 +34,7 @@ pub trait Material: Send + Sync {
     /// BSDF times |cos(theta_i)|: the cosine is included. Zero for specular materials.
     fn evaluate(&self, at: &Shading, wo: Vec3, wi: Vec3) -> SampledSpectrum;
 
-    /// The density with which [`Material::sample`] chooses `wi` [1/sr]. Zero for specular materials.
+    /// The density with which [`Material::sample`] chooses `wi` (1/sr). Zero for specular materials.
     fn pdf(&self, at: &Shading, wo: Vec3, wi: Vec3) -> f32;
 
     /// Chooses a direction with three numbers in [0,1): `choice` between lobes, `u` within one. `None`: absorbed.

@@ -46,9 +46,9 @@ pub struct Context<'a> {
     pub reverse_orientation: bool,
     /// The scene's black hole, if there is one.
     pub hole: Option<&'a BlackHole>,
-    /// Width and height of the picture [pixels].
+    /// Width and height of the picture (pixels).
     pub resolution: [u32; 2],
-    /// The range of wavelengths that the film records [nm].
+    /// The range of wavelengths that the film records (nm).
     pub lambda_range: [f32; 2],
     /// The seed of the render.
     pub seed: u64,

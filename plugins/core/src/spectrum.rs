@@ -10,12 +10,12 @@ use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Sub};
 /// Wavelengths carried by one path.
 pub const N_LAMBDA: usize = 4;
 
-/// A function of wavelength [nm]: a reflectance, a spectral radiance, a refractive index, ...
+/// A function of wavelength (nm): a reflectance, a spectral radiance, a refractive index, ...
 pub trait Spectrum: Send + Sync + Debug {
-    /// The value at one wavelength [nm], which may lie outside the data and outside the film's range.
+    /// The value at one wavelength (nm), which may lie outside the data and outside the film's range.
     fn at(&self, lambda_nm: f32) -> f32;
 
-    /// An upper bound of the value over `lo..=hi` [nm].
+    /// An upper bound of the value over `lo..=hi` (nm).
     fn max(&self, lo: f32, hi: f32) -> f32;
 
     /// The values at all wavelengths of a path.
@@ -175,14 +175,14 @@ impl IndexMut<usize> for SampledSpectrum {
 /// They are the wavelengths *at the camera*. What a surface sees is [`SampledWavelengths::at`] its own place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledWavelengths {
-    /// Wavelengths at the camera [nm].
+    /// Wavelengths at the camera (nm).
     pub lambda_nm: [f32; N_LAMBDA],
-    /// Probability density of each [1/nm]; zero for a wavelength that the path has dropped.
+    /// Probability density of each (1/nm); zero for a wavelength that the path has dropped.
     pub pdf: [f32; N_LAMBDA],
 }
 
 impl SampledWavelengths {
-    /// Draws wavelengths over `lo..=hi` [nm] with a density that follows the eye's sensitivity, from one number `u` in [0,1).
+    /// Draws wavelengths over `lo..=hi` (nm) with a density that follows the eye's sensitivity, from one number `u` in [0,1).
     ///
     /// Density proportional to `1/cosh^2(0.0072 (lambda - 538 nm))`, renormalised to the range (as in pbrt-v4, after
     /// Radziszewski et al. 2009, "An Improved Technique for Full Spectral Rendering"). Nowhere zero, so unbiased for any film.

@@ -51,7 +51,7 @@ impl AddAssign for Counters {
 pub struct TraceLog {
     /// Counts, added to.
     pub counters: Counters,
-    /// Angle swept around the hole by the last ray [rad]; 0 for straight rays.
+    /// Angle swept around the hole by the last ray (rad); 0 for straight rays.
     pub phi: f64,
     /// The points of the polyline that is traced, render space, if somebody wants them.
     pub polyline: Option<Vec<DVec3>>,

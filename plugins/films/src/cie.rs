@@ -1,9 +1,9 @@
 //! The CIE 1931 2-degree standard observer and the sRGB primaries.
 
-/// First wavelength of the table [nm]; the step is 1 nm.
+/// First wavelength of the table (nm); the step is 1 nm.
 const FIRST_NM: f32 = 360.0;
 
-/// The integral of the colour matching function y over the table [nm]: XYZ are divided by it, so that an equal-energy spectrum
+/// The integral of the colour matching function y over the table (nm): XYZ are divided by it, so that an equal-energy spectrum
 /// of radiance 1 has Y = 1 (as in pbrt-v4 and Mitsuba 3).
 pub const Y_INTEGRAL: f64 = 106.856_895;
 
@@ -29,7 +29,7 @@ impl Observer {
         Self { rows: rows.collect() }
     }
 
-    /// The functions x, y, z at a wavelength [nm], linear between the table's rows, zero outside.
+    /// The functions x, y, z at a wavelength (nm), linear between the table's rows, zero outside.
     pub fn at(&self, lambda_nm: f32) -> [f32; 3] {
         let x = lambda_nm - FIRST_NM;
         if !(x >= 0.0 && x <= (self.rows.len() - 1) as f32) {

@@ -31,7 +31,7 @@ pub fn chord_angle(rs: f64, distance: f64) -> f64 {
     (16.0 / 3.0 * distance / rs).sqrt().clamp(1e-5, LONGEST)
 }
 
-/// The distance from the hole within which all geometry lies [scene units]; 0 where there is none.
+/// The distance from the hole within which all geometry lies (scene units); 0 where there is none.
 pub fn reach(world: &World, hole: &BlackHole) -> f64 {
     if world.bounds.is_empty() {
         return 0.0;

@@ -28,19 +28,19 @@ pub struct Arc {
     pub launch: DVec2,
     /// Unit chart direction of travel at the end, likewise.
     pub arrival: DVec2,
-    /// Area across the bundle at the end per solid angle at the start, both in the chart [scene units^2/sr].
+    /// Area across the bundle at the end per solid angle at the start, both in the chart (scene units^2/sr).
     pub spread: f64,
     /// Newton steps that it took.
     pub steps: u32,
 }
 
-/// The angle that image number `image` of points `theta` apart sweeps [rad].
+/// The angle that image number `image` of points `theta` apart sweeps (rad).
 pub fn swept_angle(theta: f64, image: u32) -> f64 {
     let windings = f64::from(image.div_ceil(2));
     if image.is_multiple_of(2) { TAU * windings + theta } else { TAU * windings - theta }
 }
 
-/// The geodesic between radii `r1` and `r2` [scene units] that are `theta` [0, pi] apart seen from a hole of Schwarzschild
+/// The geodesic between radii `r1` and `r2` (scene units) that are `theta` [0, pi] apart seen from a hole of Schwarzschild
 /// radius `rs` > 0. `None` at and inside the horizon, and from a point to itself.
 pub fn join(rs: f64, r1: f64, r2: f64, theta: f64, image: u32) -> Option<Arc> {
     Pair { rs, r1, r2, r_rise: r2 - r1, theta, sin_theta: theta.sin() }.arcs([image])[0]
@@ -86,7 +86,7 @@ struct Pair {
 /// its place, so that no power of rs/r underflows.
 const LEAST_U: f64 = 1e-30;
 
-/// Points closer together than this angle [rad] lie on one radius.
+/// Points closer together than this angle (rad) lie on one radius.
 const RADIAL: f64 = 1e-60;
 
 impl Pair {

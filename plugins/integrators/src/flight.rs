@@ -78,7 +78,7 @@ pub fn static_observer(world: &World, point: DVec3) -> Option<Observer> {
 /// How far what is traced may stray from the true ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tolerance {
-    /// A distance [scene units].
+    /// A distance (scene units).
     Absolute(f64),
     /// Relative to the diagonal of the box around all surfaces.
     Relative(f64),
@@ -101,7 +101,7 @@ impl Tolerance {
         }
     }
 
-    /// The distance [scene units].
+    /// The distance (scene units).
     pub fn distance(self, world: &World) -> f64 {
         match self {
             Self::Absolute(t) => t,

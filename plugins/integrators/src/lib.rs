@@ -7,7 +7,7 @@ pub mod chords;
 pub mod closed_form;
 pub mod connect;
 mod connect_lanes;
-pub mod connect_solve;
+mod connect_solve;
 mod double;
 pub mod flight;
 pub mod orbit;

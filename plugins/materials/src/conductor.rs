@@ -130,7 +130,7 @@ fn upwards(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3, Vec3)> {
     Some((wo, wi, (wo + wi).try_normalize()?))
 }
 
-/// Density of the directions in which the facets that `wo` sees mirror it [1/sr], where their normal is `m`: that of the normals
+/// Density of the directions in which the facets that `wo` sees mirror it (1/sr), where their normal is `m`: that of the normals
 /// times |d m / d wi| = 1 / (4 wo . m).
 fn mirrored_density(facets: Ggx, wo: Vec3, m: Vec3) -> f32 {
     facets.masking_per_cos(wo) * facets.density(m) / 4.0

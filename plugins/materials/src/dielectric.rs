@@ -29,7 +29,7 @@ use glam::{Vec2, Vec3};
 pub const PLUGIN: Plugin<dyn Material> =
     Plugin { name: "dielectric", summary: "smooth glass or water: reflects and refracts", build };
 
-/// The yellow helium line [nm], at which catalogues state an index.
+/// The yellow helium line (nm), at which catalogues state an index.
 const HELIUM_D: f32 = 587.56;
 
 struct Dielectric {

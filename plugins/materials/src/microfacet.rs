@@ -24,7 +24,7 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// Density of facets with unit normal `m` [1/sr], whose areas projected on the surface add up to its own.
+    /// Density of facets with unit normal `m` (1/sr), whose areas projected on the surface add up to its own.
     pub fn density(self, m: Vec3) -> f32 {
         let a2 = self.alpha * self.alpha;
         // sin^2 from x and y, not from 1 - z^2, which cancels where the density peaks.
@@ -50,7 +50,7 @@ impl Ggx {
         wi.z * (wo.z + ro) / (wi.z * ro + wo.z * ri)
     }
 
-    /// Density of the facet normals that [`Ggx::sample_visible`] draws [1/sr].
+    /// Density of the facet normals that [`Ggx::sample_visible`] draws (1/sr).
     pub fn visible_density(self, wo: Vec3, m: Vec3) -> f32 {
         self.masking_per_cos(wo) * self.density(m) * wo.dot(m).max(0.0)
     }

@@ -33,15 +33,15 @@ const C: f64 = 299_792_458.0;
 const K: f64 = 1.380_649e-23;
 /// Wien's displacement constant [nm K]: h c / (k x) with x = 5 (1 - exp(-x)).
 const WIEN: f64 = 2.897_771_955e6;
-/// Hotter than this [K] single precision may overflow; no surface is.
+/// Hotter than this (K) single precision may overflow; no surface is.
 const HOTTEST: f64 = 1e9;
 
 /// The radiance of a black body.
 #[derive(Debug)]
 struct Blackbody {
-    /// Temperature [K].
+    /// Temperature (K).
     temperature: f64,
-    /// h c / (k T) [nm].
+    /// h c / (k T) (nm).
     scale_nm: f64,
 }
 

@@ -7,7 +7,7 @@ use crate::tabulated::{Outside, Tabulated};
 use bhs_core::spectrum::Spectrum;
 use std::sync::OnceLock;
 
-/// First and last wavelength of the standard observer's table [nm]; its steps are 1 nm.
+/// First and last wavelength of the standard observer's table (nm); its steps are 1 nm.
 pub const OBSERVER_RANGE: [f32; 2] = [360.0, 830.0];
 
 /// Linear sRGB from XYZ.
@@ -61,12 +61,12 @@ pub fn rows<const N: usize>(text: &str) -> Vec<[f64; N]> {
     text.lines().filter_map(row).collect()
 }
 
-/// The standard observer: wavelength [nm] and the three colour matching functions.
+/// The standard observer: wavelength (nm) and the three colour matching functions.
 pub fn observer() -> Vec<[f64; 4]> {
     rows(include_str!("../data/cie1931_2deg_1nm.csv"))
 }
 
-/// The illuminant D65 as published: wavelength [nm] and relative power (100 at 560 nm).
+/// The illuminant D65 as published: wavelength (nm) and relative power (100 at 560 nm).
 pub fn d65_points() -> Vec<(f64, f64)> {
     rows(include_str!("../data/cie_d65_5nm.csv")).into_iter().map(|[l, p]| (l, p)).collect()
 }

@@ -53,7 +53,7 @@ fn build(param: &Param, role: SpectrumRole, context: &Context) -> Built {
     Ok(Arc::new(Tabulated::new(&points, outside)))
 }
 
-/// Line number, wavelength [nm] and value of each line, or what is wrong with the lines.
+/// Line number, wavelength (nm) and value of each line, or what is wrong with the lines.
 fn parse(bytes: &[u8]) -> Result<Vec<(usize, f64, f64)>, Vec<String>> {
     let text = std::str::from_utf8(bytes).map_err(|_| vec!["it is not text in UTF-8".to_owned()])?;
     let mut points: Vec<(usize, f64, f64)> = Vec::new();
@@ -82,7 +82,7 @@ fn parse(bytes: &[u8]) -> Result<Vec<(usize, f64, f64)>, Vec<String>> {
     if faults.is_empty() { Ok(points) } else { Err(faults) }
 }
 
-/// Wavelength [nm] and value of one line.
+/// Wavelength (nm) and value of one line.
 fn point(words: &[&str]) -> Result<(f64, f64), String> {
     let [l, v] = words else {
         let found = if words.len() == 1 { "1 word".to_owned() } else { format!("{} words", words.len()) };

@@ -7,12 +7,12 @@ use bhs_core::spectrum::Spectrum;
 pub struct Sellmeier {
     /// B and C [um^2] of the three resonances.
     pub terms: [[f64; 2]; 3],
-    /// The range for which the formula was fitted [nm]; outside it the index keeps its end value.
+    /// The range for which the formula was fitted (nm); outside it the index keeps its end value.
     pub valid_nm: [f64; 2],
 }
 
 impl Sellmeier {
-    /// The index at a wavelength [nm].
+    /// The index at a wavelength (nm).
     pub fn index(&self, lambda_nm: f64) -> f64 {
         let micrometres = lambda_nm.clamp(self.valid_nm[0], self.valid_nm[1]) * 1e-3;
         let square = micrometres * micrometres;

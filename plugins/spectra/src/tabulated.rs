@@ -30,10 +30,10 @@ pub fn name_and_outside(param: &Param) -> Result<(&Spanned<String>, Outside), Ve
     }
 }
 
-/// A piecewise linear function of wavelength [nm].
+/// A piecewise linear function of wavelength (nm).
 #[derive(Debug)]
 pub struct Tabulated {
-    /// Wavelengths [nm], not decreasing, at least one; two equal ones make a step.
+    /// Wavelengths (nm), not decreasing, at least one; two equal ones make a step.
     lambda_nm: Vec<f32>,
     values: Vec<f32>,
     outside: Outside,

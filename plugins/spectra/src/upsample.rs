@@ -8,7 +8,7 @@
 use crate::colorimetry::{OBSERVER_RANGE, colorimetry};
 use glam::{DMat3, DVec3};
 
-/// Centre and half width of the observer's range [nm]: the quadratic is one of `t = (lambda - centre) / half width`.
+/// Centre and half width of the observer's range (nm): the quadratic is one of `t = (lambda - centre) / half width`.
 const CENTRE: f32 = (OBSERVER_RANGE[0] + OBSERVER_RANGE[1]) / 2.0;
 const HALF_WIDTH: f32 = (OBSERVER_RANGE[1] - OBSERVER_RANGE[0]) / 2.0;
 
@@ -39,12 +39,12 @@ impl Sigmoid {
         Self { c: c.to_array().map(|x| x as f32) }
     }
 
-    /// The value at a wavelength [nm].
+    /// The value at a wavelength (nm).
     pub fn at(&self, lambda_nm: f32) -> f32 {
         self.at_t(((lambda_nm - CENTRE) / HALF_WIDTH).clamp(-1.0, 1.0))
     }
 
-    /// An upper bound of the value over `lo..=hi` [nm].
+    /// An upper bound of the value over `lo..=hi` (nm).
     pub fn max(&self, lo: f32, hi: f32) -> f32 {
         let [lo, hi] = [lo, hi].map(|l| ((l - CENTRE) / HALF_WIDTH).clamp(-1.0, 1.0));
         let ends = self.at_t(lo).max(self.at_t(hi));
