@@ -102,6 +102,8 @@ fn the_shadow_has_the_radius_that_a_static_observer_sees() {
 
 #[test]
 fn a_million_rays_do_not_leave_the_closed_cornell_box() {
+    // More of them by `BHS_RAYS=10000000 cargo test --release --test curved million`.
+    let wanted = std::env::var("BHS_RAYS").ok().and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
     let hole = |rs: f64| format!("BlackHole \"schwarzschild\" \"point3 center\" [278 274.4 279.6] \"float rs\" {rs}");
     for (name, hole) in [("flat", String::new()), ("small hole", hole(20.0)), ("large hole", hole(120.0))] {
         let options = "LookAt 278 273 20  278 273 100  0 1 0\nCamera \"perspective\"\nWorldBegin";
@@ -111,7 +113,7 @@ fn a_million_rays_do_not_leave_the_closed_cornell_box() {
         let random = |i: u64, k: u64| (mix64(mix64(i) ^ k) >> 11) as f64 / (1u64 << 53) as f64;
         let mut rays = 0;
         let mut i = 0;
-        while rays < 1_000_000 {
+        while rays < wanted {
             i += 1;
             // Starts half in the room, half on its surfaces, as paths start; directions uniform.
             let origin = DVec3::new(random(i, 0) * 548.0 + 0.5, random(i, 1) * 547.0 + 0.5, random(i, 2) * 558.0 + 0.5);

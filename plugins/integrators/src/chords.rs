@@ -23,6 +23,9 @@ const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
 /// How many times a chord is split at most: then what it meets counts, wrong by no more than the gap between chord and orbit.
 const SPLITS: u32 = 6;
 
+/// How far behind a surface a chord is split, relative to its angle.
+const JOINT: f64 = 1e-3;
+
 /// Longest chord, in radians, however much it may stray.
 const LONGEST: f64 = 1.0;
 
@@ -179,8 +182,10 @@ impl<'w> Chords<'w> {
             Geometry::Analytic(surface) => on_surface(&self.plane, step, guess, &**surface, near, length),
         };
         // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
-        // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep.
-        let split = meeting.filter(|_| splits.is_multiple_of(2)).map_or(middle, |m| m.state.phi);
+        // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep. A joint
+        // must not lie on a surface that it may graze, or rounding lets the ray slip through there: hence just behind it.
+        let behind_it = meeting.map(|m| m.state.phi + JOINT * swept).filter(|phi| *phi > span.from.phi && *phi < span.to.phi);
+        let split = behind_it.filter(|_| splits.is_multiple_of(2)).unwrap_or(middle);
         let met = meeting.filter(|m| m.beside <= rounding && (m.point - located.point).length() <= near);
         if met.is_none() && splits > 0 {
             let s = step.at(split);
