@@ -13,7 +13,7 @@ use bhs_core::geometry::{Aabb, Geometry, Segment};
 use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::PrimitiveHit;
 use bhs_core::stats::TraceLog;
-use bhs_core::world::World;
+use bhs_core::world::{Located, World};
 use glam::DVec3;
 
 /// How far a chord reaches beyond its ends, relative to the coordinates there: neighbouring chords overlap by more than
@@ -58,8 +58,8 @@ pub struct Place {
 struct Span {
     from: Place,
     to: Place,
-    /// Whether it begins where the ray does, maybe just off a surface.
-    at_start: bool,
+    /// The chord before it; `None` if it begins where the ray does, maybe just off a surface.
+    before: Option<DVec3>,
 }
 
 /// The chords of one orbit through one world.
@@ -76,8 +76,8 @@ pub struct Chords<'w> {
     last: Place,
     /// (cos, sin) of the angle there.
     heading: (f64, f64),
-    /// Whether that is where the ray begins.
-    at_start: bool,
+    /// The last chord; `None` where the ray begins.
+    before: Option<DVec3>,
 }
 
 impl<'w> Chords<'w> {
@@ -94,7 +94,7 @@ impl<'w> Chords<'w> {
             u_bound: if reach > 0.0 { 1.0 / (reach + margin) } else { f64::INFINITY },
             last: Place { phi: start.phi, u: start.u, point: origin },
             heading: (1.0, 0.0),
-            at_start: true,
+            before: None,
         }
     }
 
@@ -129,8 +129,8 @@ impl<'w> Chords<'w> {
             if to.u <= 0.0 {
                 return None;
             }
-            let at_start = std::mem::replace(&mut self.at_start, false);
-            let hit = self.search(step, &Span { from, to, at_start }, SPLITS, log);
+            let before = self.before.replace(to.point - from.point);
+            let hit = self.search(step, &Span { from, to, before }, SPLITS, log);
             log.point(hit.map_or(to.point, |h| h.point));
             if hit.is_some() {
                 return hit;
@@ -162,7 +162,7 @@ impl<'w> Chords<'w> {
         }
         // Overlap with the chord before: but the first one begins where the ray does, off the surface that it leaves.
         let overlap = |p: DVec3| OVERLAP * p.abs().max_element() / length;
-        let t_min = if span.at_start { 0.0 } else { -overlap(from) };
+        let t_min = if span.before.is_none() { 0.0 } else { -overlap(from) };
         let Some((enter, leave)) = self.bounds.clip(from, way, t_min, 1.0 + overlap(to)) else {
             log.counters.chords_skipped += 1;
             return None;
@@ -172,6 +172,9 @@ impl<'w> Chords<'w> {
         let hit = self.world.intersector.closest(&segment)?;
 
         let located = self.world.locate(&segment, &hit);
+        if enter + located.t < 0.0 && self.turns_away(span, way, &hit, &located) {
+            return self.search(step, &Span { before: None, ..*span }, splits, log);
+        }
         let guess = self.angle_of(span, located.point);
         let middle = 0.5 * (span.from.phi + span.to.phi);
         let swept = span.to.phi - span.from.phi;
@@ -190,11 +193,22 @@ impl<'w> Chords<'w> {
         if met.is_none() && splits > 0 {
             let s = step.at(split);
             let at = Place { phi: split, u: s.u, point: self.plane.point(&s) };
-            let (before, behind) = (Span { to: at, ..*span }, Span { from: at, at_start: false, ..*span });
-            return self.search(step, &before, splits - 1, log).or_else(|| self.search(step, &behind, splits - 1, log));
+            let first = Span { to: at, ..*span };
+            let second = Span { from: at, before: Some(at.point - from), ..*span };
+            return self.search(step, &first, splits - 1, log).or_else(|| self.search(step, &second, splits - 1, log));
         }
         let on_chord = || Meeting { state: step.at(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
         Some(self.arrive(&met.unwrap_or_else(on_chord), &hit, way / length, log))
+    }
+
+    /// Whether a surface that the chord `way` meets before its own beginning is one that the chord before approached without
+    /// reaching it, and that this one leaves: the ray has not been on its other side.
+    fn turns_away(&self, span: &Span, way: DVec3, hit: &PrimitiveHit, located: &Located) -> bool {
+        let Some(before) = span.before else { return false };
+        let (geometry, primitive) = (hit.geometry, hit.primitive);
+        let (point, barycentric) = (located.point, located.barycentric);
+        let normal = self.world.surface(&SurfaceHit { point, direction: way, geometry, primitive, barycentric }).normal;
+        before.dot(normal) * way.dot(normal) <= 0.0
     }
 
     /// The arrival at a surface that a chord in the direction `chord` met.
