@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 pub struct Progress {
     bar: ProgressBar,
     rays: AtomicU64,
+    tiles: AtomicU64,
     start: Instant,
 }
 
@@ -16,24 +17,27 @@ impl Progress {
     pub fn new(samples: u64, quiet: bool) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(samples), target);
-        let style = ProgressStyle::with_template("{prefix} [{wide_bar}] {percent:>3} % {msg} {elapsed} left {eta}");
+        let style = ProgressStyle::with_template("{prefix} [{wide_bar}] {percent:>3} % {msg}, {elapsed} gone, {eta} left");
         if let Ok(style) = style {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.enable_steady_tick(Duration::from_millis(200));
-        Self { bar, rays: AtomicU64::new(0), start: Instant::now() }
+        Self { bar, rays: AtomicU64::new(0), tiles: AtomicU64::new(0), start: Instant::now() }
     }
 
     /// A new wave begins; every pixel has `done` of `total` samples.
     pub fn wave(&self, done: u32, total: u32) {
+        self.tiles.store(0, Ordering::Relaxed);
         self.bar.set_prefix(format!("{done}/{total} spp"));
     }
 
     /// A tile is done: so many samples, so many rays.
     pub fn tile(&self, samples: u64, rays: u64) {
+        let tile = self.tiles.fetch_add(1, Ordering::Relaxed) + 1;
         let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
         self.bar.inc(samples);
-        self.bar.set_message(format!("{:.2} Mray/s", rays as f64 / 1e6 / self.start.elapsed().as_secs_f64().max(1e-9)));
+        let rate = rays as f64 / 1e6 / self.start.elapsed().as_secs_f64().max(1e-9);
+        self.bar.set_message(format!("tile {tile}, {rate:.2} Mray/s"));
     }
 
     /// Takes the bar away.

@@ -83,7 +83,7 @@ def walls(folder, spectra, quads, lamp, scale):
     return scene
 
 
-def cornell_box(mi, folder, spectra):
+def cornell_box(folder, spectra):
     quads = {
         "floor": ("white", [[(552.8, 0, 0), (0, 0, 0), (0, 0, 559.2), (549.6, 0, 559.2)]]),
         "ceiling": ("white", [[(556, 548.8, 0), (556, 548.8, 559.2), (0, 548.8, 559.2), (0, 548.8, 0)]]),
@@ -110,7 +110,7 @@ def cornell_box(mi, folder, spectra):
     return walls(folder, spectra, quads, lamp, 4.0), camera, 6
 
 
-def spheres(mi, folder, spectra):
+def spheres(folder, spectra):
     quads = {
         "floor": ("white", [[(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)]]),
         "ceiling": ("white", [[(-1, 1.5, -1), (1, 1.5, -1), (1, 1.5, 1), (-1, 1.5, 1)]]),
@@ -136,7 +136,7 @@ def spheres(mi, folder, spectra):
 SCENES = {"cornell_box": (cornell_box, 1.0), "spheres": (spheres, 4.0 / 3.0)}
 
 
-def mitsuba_scene(mi, shapes, camera, maxdepth, size):
+def mitsuba_scene(mi, shapes, camera, maxdepth, film):
     return mi.load_dict({
         "type": "scene",
         # bhs (as pbrt) counts bounces, Mitsuba path segments; no Russian roulette.
@@ -149,10 +149,7 @@ def mitsuba_scene(mi, shapes, camera, maxdepth, size):
             "far_clip": 1e5,
             "to_world": mi.ScalarTransform4f().look_at(origin=camera["origin"], target=camera["target"], up=[0, 1, 0]),
             "sampler": {"type": "independent"},
-            "film": {
-                "type": "hdrfilm", "width": size[0], "height": size[1], "pixel_format": "rgb",
-                "component_format": "float32", "rfilter": {"type": "box"},
-            },
+            "film": film,
         },
         **shapes,
     })
@@ -160,39 +157,83 @@ def mitsuba_scene(mi, shapes, camera, maxdepth, size):
 
 # -------------------------------------------------------------------------------------------------------------- rendering
 
-def xyz_scale(mi):
-    """What Mitsuba's images are multiplied with. It divides by 106.75026 where the integral of its own y-bar is 106.85703, so
-    that a radiance of 1 at all wavelengths gets Y = 1.0010 instead of 1."""
-    steps = range(360 * 4, 830 * 4)
-    integral = sum(mi.cie1931_y((i + 0.5) / 4) for i in steps) / 4
-    return 1.0 / (mi.MI_CIE_Y_NORMALIZATION * integral)
+# Linear sRGB of CIE XYZ (IEC 61966-2-1, as in Mitsuba and in plugins/films).
+SRGB_FROM_XYZ = np.array([[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]])
 
 
-def check_radiance(mi, spectra, scale):
+class SameObserver:
+    """Mitsuba records X, Y and Z through the colour-matching functions that bhs has: the CIE's table in steps of 1 nm."""
+
+    def __init__(self, mi, spectra):
+        rows = [line.split(",") for line in (spectra / "cie1931_2deg_1nm.csv").read_text().splitlines()]
+        self.table = np.array([[float(x) for x in row] for row in rows if row[0].isdigit()])
+        self.y_integral = self.table[:, 2].sum()
+
+    def film(self, width, height):
+        first, last = self.table[0, 0], self.table[-1, 0]
+        bands = {
+            f"band{k}_{name}": {"type": "regular", "wavelength_min": float(first), "wavelength_max": float(last),
+                                "values": ", ".join(map(repr, map(float, self.table[:, k])))}
+            for k, name in ((1, "x"), (2, "y"), (3, "z"))
+        }
+        return {"type": "specfilm", "width": width, "height": height, "component_format": "float32", "rfilter": {"type": "box"}, **bands}
+
+    def rgb(self, image):
+        return np.array(image, dtype=np.float64) / self.y_integral @ SRGB_FROM_XYZ.T
+
+    def y_bar(self, wavelengths):
+        return np.interp(wavelengths, self.table[:, 0], self.table[:, 2])
+
+
+class MitsubaObserver:
+    """Mitsuba's own RGB film: the CIE's table in steps of 5 nm."""
+
+    def __init__(self, mi, spectra):
+        self.mi = mi
+        # It divides by 106.75026 where the integral of its y-bar is 106.85703: radiance 1 would get Y = 1.0010.
+        steps = range(360 * 4, 830 * 4)
+        integral = sum(mi.cie1931_y((i + 0.5) / 4) for i in steps) / 4
+        self.scale = 1.0 / (mi.MI_CIE_Y_NORMALIZATION * integral)
+
+    def film(self, width, height):
+        return {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb", "component_format": "float32",
+                "rfilter": {"type": "box"}}
+
+    def rgb(self, image):
+        return self.scale * np.array(image, dtype=np.float64)
+
+    def y_bar(self, wavelengths):
+        return np.array([self.mi.cie1931_y(float(w)) for w in wavelengths])
+
+
+OBSERVERS = {"same": SameObserver, "mitsuba": MitsubaObserver}
+
+
+def check_radiance(mi, spectra, observer):
     """An emitter seen head-on must show its own radiance, for a constant and for the lamp's spectrum."""
     lamp = spectrum(spectra / "cornell_light.spd")
     wavelengths = [float(w) for w in lamp["wavelengths"].split(",")]
     values = [float(v) for v in lamp["values"].split(",")]
     grid = (np.arange(360 * 4, 830 * 4) + 0.5) / 4
-    y_bar = np.array([mi.cie1931_y(float(w)) for w in grid])
+    y_bar = observer.y_bar(grid)
     cases = {
         "radiance 1": ({"type": "irregular", "wavelengths": "359, 831", "values": "1, 1"}, 1.0),
         "cornell-light": (lamp, float((np.interp(grid, wavelengths, values) * y_bar).sum() / y_bar.sum())),
     }
     worst = 0.0
-    print(f"Mitsuba {mi.__version__}, {mi.variant()}; its images are multiplied with {scale:.6f} (see xyz_scale)")
+    print(f"Mitsuba {mi.__version__}, {mi.variant()}, {type(observer).__name__}")
     for name, (radiance, expected) in cases.items():
         shapes = {"wall": {"type": "rectangle", "emitter": {"type": "area", "radiance": radiance}}}
-        scene = mitsuba_scene(mi, shapes, dict(origin=[0, 0, 1], target=[0, 0, 0], fov=20), 1, (32, 32))
-        rgb = scale * np.array(mi.render(scene, spp=2048), dtype=np.float64).mean(axis=(0, 1))
-        y = float(rgb @ np.array([0.212671, 0.715160, 0.072169]))
+        scene = mitsuba_scene(mi, shapes, dict(origin=[0, 0, 1], target=[0, 0, 0], fov=20), 1, observer.film(32, 32))
+        rgb = observer.rgb(mi.render(scene, spp=2048)).mean(axis=(0, 1))
+        y = float(rgb @ np.linalg.inv(SRGB_FROM_XYZ)[1])
         print(f"check: {name}: R G B = {rgb[0]:.4f} {rgb[1]:.4f} {rgb[2]:.4f}, Y = {y:.5f}, expected {expected:.5f}")
         worst = max(worst, abs(y / expected - 1.0))
     return worst
 
 
-def render_mitsuba(mi, scene, scale, spp, seed):
-    return scale * np.array(mi.render(scene, spp=spp, seed=seed), dtype=np.float64)
+def render_mitsuba(mi, scene, observer, spp, seed):
+    return observer.rgb(mi.render(scene, spp=spp, seed=seed))
 
 
 def render_bhs(mi, program, scene_file, size, spp, seed, threads, folder):
@@ -301,8 +342,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", choices=list(SCENES), action="append", help="default: both")
     parser.add_argument("--variant", default="scalar_spectral", help="Mitsuba's variant, e.g. llvm_ad_spectral (default: %(default)s)")
+    parser.add_argument("--observer", choices=list(OBSERVERS), default="same", help="Mitsuba's colour-matching functions: "
+                        "those of bhs (1 nm), or its own (5 nm) (default: %(default)s)")
     parser.add_argument("--bhs", type=Path, default=ROOT / "bhs", help="the program (default: %(default)s)")
-    parser.add_argument("--spectra", type=Path, default=ROOT / "plugins/spectra/data", help="folder of the .spd files")
+    parser.add_argument("--spectra", type=Path, default=ROOT / "plugins/spectra/data", help="folder of the spectra (default: %(default)s)")
     parser.add_argument("--height", type=int, default=192, help="of the picture [pixels], a multiple of 24 (default: %(default)s)")
     parser.add_argument("--seeds", type=int, default=8, help="independent renders by each program (default: %(default)s)")
     parser.add_argument("--spp", type=int, default=256, help="samples a pixel in each render (default: %(default)s)")
@@ -323,28 +366,28 @@ def main():
         import drjit
         drjit.set_thread_count(options.threads)
 
-    scale = xyz_scale(mi)
-    radiance_error = check_radiance(mi, options.spectra, scale)
+    observer = OBSERVERS[options.observer](mi, options.spectra)
+    radiance_error = check_radiance(mi, options.spectra, observer)
     results = []
     for name in options.scene or list(SCENES):
         build, aspect = SCENES[name]
         size = (round(options.height * aspect), options.height)
         spp_mitsuba = options.spp_mitsuba or options.spp
         with tempfile.TemporaryDirectory() as folder:
-            scene = mitsuba_scene(mi, *build(mi, folder, options.spectra), size)
+            scene = mitsuba_scene(mi, *build(folder, options.spectra), observer.film(*size))
             start = time.time()
-            theirs = [render_mitsuba(mi, scene, scale, spp_mitsuba, 1 + i) for i in range(options.seeds)]
+            theirs = [render_mitsuba(mi, scene, observer, spp_mitsuba, 1 + i) for i in range(options.seeds)]
             time_theirs = time.time() - start
             start = time.time()
             if options.mitsuba_only:
-                ours = [render_mitsuba(mi, scene, scale, options.spp, 1001 + i) for i in range(options.seeds)]
+                ours = [render_mitsuba(mi, scene, observer, options.spp, 1001 + i) for i in range(options.seeds)]
             else:
                 ours = [render_bhs(mi, options.bhs, ROOT / "scenes" / f"{name}.bhs", size, options.spp, 1 + i, options.threads, folder)
                         for i in range(options.seeds)]
             time_ours = time.time() - start
         result, relative, z = compare(name, [blocks(im) for im in ours], [blocks(im) for im in theirs], options.tolerance, options.chance)
         result.update(mitsuba_only=options.mitsuba_only, width=size[0], height=size[1], seeds=options.seeds, spp_bhs=options.spp, spp_mitsuba=spp_mitsuba,
-                      seconds_bhs=time_ours, seconds_mitsuba=time_theirs, mitsuba=mi.__version__, variant=options.variant,
+                      seconds_bhs=time_ours, seconds_mitsuba=time_theirs, mitsuba=mi.__version__, variant=options.variant, observer=options.observer,
                       radiance_check=radiance_error, tolerance=options.tolerance, chance=options.chance)
         report(result)
         print(f"  seconds: bhs {time_ours:.1f}, Mitsuba {time_theirs:.1f}", flush=True)
