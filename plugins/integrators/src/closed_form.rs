@@ -24,9 +24,10 @@
 
 use crate::double::Double;
 use crate::orbit::{Dense, Fate, State, Stepper, room};
+use crate::polynomial::value_and_slope;
 
 /// Coefficients of the Laurent series of p that are kept.
-const TERMS: usize = 13;
+const TERMS: usize = 14;
 
 /// Largest angle at which the series is used, in units of `min(1, (b/rs)^(1/3))`: about a quarter of the distance to the
 /// nearest other pole, so that the first term left out is below rounding.
@@ -99,11 +100,7 @@ impl ClosedForm {
             doublings += 1;
         }
         let zz = z * z;
-        let (mut sum, mut slope) = (0.0, 0.0);
-        for c in self.series.iter().rev() {
-            slope = slope * zz + sum;
-            sum = sum * zz + c;
-        }
+        let (sum, slope) = value_and_slope(&self.series, zz);
         let inverse = zz.recip();
         let mut p = 4.0 * inverse - 1.0 / 3.0 + zz * sum;
         let mut dp = 2.0 * z * (sum + zz * slope - 4.0 * inverse * inverse);

@@ -33,7 +33,7 @@ pub fn on_facet<D: Dense>(plane: &OrbitPlane, step: &D, ends: [&Place; 2], guess
     let [from, to] = ends.map(|p| n.dot(p.point - a));
     let bracketed = (from < 0.0) != (to < 0.0);
     let (n1, n2, d) = (n.dot(plane.e1), n.dot(plane.e2), n.dot(a - plane.center));
-    let (nearest, smallest) = (if from.abs() < to.abs() { lo } else { hi }, 1e-15 * (hi - lo));
+    let (nearest, small) = (if from.abs() < to.abs() { lo } else { hi }, 1e-8 * (hi - lo));
     let beyond = if bracketed { 0.0 } else { 0.5 * (hi - lo) };
     let mut state = step.at(guess);
     for _ in 0..60 {
@@ -46,16 +46,17 @@ pub fn on_facet<D: Dense>(plane: &OrbitPlane, step: &D, ends: [&Place; 2], guess
             hi = state.phi;
         }
         let newton = state.phi - value / slope;
-        let next = if newton > lo - beyond && newton < hi + beyond {
-            newton
+        if newton > lo - beyond && newton < hi + beyond {
+            let change = (newton - state.phi).abs();
+            state = step.at(newton);
+            // What is left is of second order in the last correction.
+            if change <= small {
+                break;
+            }
         } else if bracketed {
-            0.5 * (lo + hi)
+            state = step.at(0.5 * (lo + hi));
         } else {
-            nearest
-        };
-        let change = (next - state.phi).abs();
-        state = step.at(next);
-        if change <= smallest + f64::EPSILON * next {
+            state = step.at(nearest);
             break;
         }
     }

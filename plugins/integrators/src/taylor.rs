@@ -8,9 +8,11 @@
 //! package for the numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14).
 
 use crate::orbit::{Dense, Fate, State, Stepper, room};
+use crate::polynomial::{value, value_and_slope};
 
 /// Number of coefficients. Measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
-/// geodesic takes the least time, 2 to 3 steps.
+/// geodesic takes the least time, 2 to 4 steps. (The pair of Dormand and Prince, order 5(4), with PI control took 1.4 times as
+/// long at 1e-6, in 7 steps; 2.4 times at 1e-8, in 18; 6 times at 1e-10, in 43.)
 const TERMS: usize = 16;
 
 /// Longest step, in radians. A straight line sweeps 180 degrees; half of it keeps the ends of an orbit apart.
@@ -63,25 +65,12 @@ impl Dense for TaylorStep {
     }
 
     fn at(&self, phi: f64) -> State {
-        let t = phi - self.start.phi;
-        let (mut u, mut du) = (0.0, 0.0);
-        for c in self.c.iter().rev() {
-            du = du * t + u;
-            u = u * t + c;
-        }
+        let (u, du) = value_and_slope(&self.c, phi - self.start.phi);
         State { phi, u, du }
     }
 
     fn u_at(&self, phi: f64) -> f64 {
-        // Even and odd powers apart: two short chains of operations instead of a long one.
-        let t = phi - self.start.phi;
-        let tt = t * t;
-        let (mut even, mut odd) = (0.0, 0.0);
-        for pair in self.c.chunks_exact(2).rev() {
-            even = even * tt + pair[0];
-            odd = odd * tt + pair[1];
-        }
-        even + t * odd
+        value(&self.c, phi - self.start.phi)
     }
 
     fn until(self, end: State) -> Self {

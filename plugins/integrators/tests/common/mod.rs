@@ -1,10 +1,11 @@
-//! What the tests of this crate share: random numbers, small worlds, and an intersector that asks every surface.
+//! What the tests of this crate share: random numbers, and small worlds over the reference intersector.
 #![allow(dead_code, reason = "every test file is a crate of its own and uses its part")]
 
 use bhs_core::blackhole::{BlackHole, FrameConvention};
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, SurfaceGeometry, TriangleMesh};
-use bhs_core::intersector::{Intersector, PrimitiveHit};
+use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::world::World;
+use bhs_intersectors::reference::Reference;
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
 
@@ -84,61 +85,12 @@ impl Analytic for Ball {
     }
 }
 
-/// Asks every surface, in double precision.
-pub struct AskAll(Vec<Geometry>);
-
-impl Intersector for AskAll {
-    fn closest(&self, segment: &Segment) -> Option<PrimitiveHit> {
-        let mut best: Option<PrimitiveHit> = None;
-        for (geometry, g) in self.0.iter().enumerate() {
-            let until = Segment { t_max: best.map_or(segment.t_max, |b| b.t), ..*segment };
-            let mut found = |t: f64, primitive: usize| {
-                best = Some(PrimitiveHit { t, geometry: geometry as u32, primitive: primitive as u32 });
-            };
-            match g {
-                Geometry::Analytic(surface) => {
-                    if let Some(t) = surface.intersect(&until) {
-                        found(t, 0);
-                    }
-                }
-                Geometry::Mesh(mesh) => {
-                    let mut nearest = until;
-                    for i in 0..mesh.triangles.len() {
-                        if let Some(t) = triangle(&nearest, mesh.corners(i as u32)) {
-                            nearest.t_max = t;
-                            found(t, i);
-                        }
-                    }
-                }
-            }
-        }
-        best
-    }
-
-    fn blocked(&self, segment: &Segment) -> bool {
-        self.closest(segment).is_some()
-    }
-}
-
-/// Moeller and Trumbore 1997, edges included.
-fn triangle(s: &Segment, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-    let (ab, ac) = (b - a, c - a);
-    let p = s.direction.cross(ac);
-    let det = ab.dot(p);
-    let ao = s.origin - a;
-    let u = ao.dot(p) / det;
-    let q = ao.cross(ab);
-    let v = s.direction.dot(q) / det;
-    let t = ac.dot(q) / det;
-    let slack = -1e-12;
-    (u >= slack && v >= slack && u + v <= 1.0 - slack && s.t_min < t && t < s.t_max).then_some(t)
-}
-
 /// A world of these surfaces with a hole at `center`.
 pub fn world(geometries: Vec<Geometry>, center: DVec3, rs: f64) -> World {
     let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
     let hole = BlackHole { center, rs, redshift: true, frame: FrameConvention::Static };
-    World { intersector: Box::new(AskAll(geometries.clone())), geometries, bounds, hole: Some(hole), origin: DVec3::ZERO }
+    let intersector = Reference.build(&geometries).expect("the meshes are sound");
+    World { intersector, geometries, bounds, hole: Some(hole), origin: DVec3::ZERO }
 }
 
 /// A mesh of triangles, each with its own corners.
