@@ -124,7 +124,8 @@ impl Picture {
             .flat_map(|pixel| display(pixel).map(|v| (v * 255.0 + 0.5) as u8))
             .collect();
         use image::ImageEncoder;
-        let encoder = image::codecs::png::PngEncoder::new(to);
+        use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+        let encoder = PngEncoder::new_with_quality(to, CompressionType::Default, FilterType::Adaptive);
         encoder.write_image(&bytes, self.size[0] as u32, self.size[1] as u32, image::ExtendedColorType::Rgb8)?;
         Ok(())
     }
