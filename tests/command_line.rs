@@ -249,3 +249,29 @@ fn check_builds_without_rendering() {
     // Both faults at once, each with a suggestion.
     assert!(err.contains("`radius`") && err.contains("`Shape`"), "{err}");
 }
+
+#[test]
+fn the_scene_in_readme_has_no_errors() {
+    let readme = common::read("README.md");
+    let scenes: Vec<&str> = readme.split("```bhs\n").skip(1).filter_map(|part| part.split("```").next()).collect();
+    assert!(!scenes.is_empty());
+    for scene in scenes {
+        assert!(common::build(scene).warnings.is_empty());
+    }
+}
+
+#[test]
+fn every_scene_that_readme_shows_has_no_errors() {
+    let readme = common::read("README.md");
+    for name in ["cornell_box", "spheres", "spheres_hole", "cornell_hole", "bunny_hole", "gold_dragon"] {
+        assert!(readme.contains(name) && common::root().join(format!("docs/{name}.png")).exists(), "{name}");
+        // `./test` fetches the meshes; plain `cargo test` may find none.
+        let scene = format!("scenes/{name}.bhs");
+        if common::read(&scene).contains("\"meshes/") && !common::root().join("scenes/meshes").exists() {
+            eprintln!("skipped: {name} needs scenes/meshes");
+            continue;
+        }
+        let (code, _, err) = run(common::root(), &["check", &scene]);
+        assert!(code == 0 && err.lines().count() == 1, "{name}: {err}");
+    }
+}
