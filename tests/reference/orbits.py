@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Reference orbits of light around a Schwarzschild hole, to 30 digits, for the tests of plugins/integrators.
 
-    python3 -m venv /tmp/venv && /tmp/venv/bin/pip install mpmath==1.4.1
-    /tmp/venv/bin/python tests/reference/orbits.py          # rewrites orbits.csv and ends.csv beside this file
+    python3 -m venv .venv && .venv/bin/pip install mpmath==1.4.1
+    .venv/bin/python tests/reference/orbits.py          # rewrites orbits.csv and ends.csv beside this file
 
 With w = rs u, u(phi) = 1/r: w'^2 = w^3 - w^2 + E, E = (rs/b)^2. The orbit is written in Jacobi's elliptic functions, one
 formula for each arrangement of the cubic's roots; the phase comes from Legendre's integral F. The renderer's own closed form
