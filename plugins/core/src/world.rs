@@ -69,10 +69,7 @@ impl World {
     }
 
     /// A ray that leaves the surface point `hit` in the chart direction `direction`, moved off the surface far enough for
-    /// single precision not to find that surface again.
-    ///
-    /// The start lies on the side of the (geometric, chart) normal that the direction points to, and half that far back
-    /// along the direction, so that rounding cannot carry it through a wall that meets the surface nearby.
+    /// single precision not to find that surface again, to the side of the (geometric, chart) normal that it points to.
     pub fn spawn(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3) -> Ray {
         let extent = match &self.geometries[hit.geometry as usize] {
             // Rounding grows with the coordinates of the corners, not only with those of the point.
@@ -84,6 +81,6 @@ impl World {
         };
         let offset = OFFSET * extent;
         let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
-        Ray { origin: hit.point + side * offset - direction * (0.5 * offset), direction }
+        Ray { origin: hit.point + side * offset, direction }
     }
 }
