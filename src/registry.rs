@@ -217,6 +217,9 @@ mod tests {
         fn position(&self) -> DVec3 {
             DVec3::ZERO
         }
+        fn pixel_angle(&self) -> f64 {
+            1e-3
+        }
         fn rebase(&mut self, _: DVec3) {}
     }
 

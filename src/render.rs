@@ -101,7 +101,8 @@ fn sample(job: &Job, pixel: [u32; 2], index: u32, sums: &mut [f64], log: &mut Tr
     let seen = job.camera.ray(raster, stream.next_2d());
     let [lo, hi] = job.film.lambda_range();
     let mut lambda = SampledWavelengths::visible(stream.next_1d(), lo, hi);
-    let ray = Ray { origin: seen.origin, direction: job.scene.camera.frame.chart_direction(seen.direction) };
+    let direction = job.scene.camera.frame.chart_direction(seen.direction);
+    let ray = Ray { origin: seen.origin, direction, footprint: job.scene.footprints.camera };
     let radiance = job.transport.radiance(job.scene, ray, &mut lambda, &mut stream, log);
     if !radiance.is_finite() {
         log.counters.not_finite += 1;

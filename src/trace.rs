@@ -61,7 +61,7 @@ fn parse_ray(line: &str) -> Result<Option<Ray>> {
         bail!("`{bad}` is not finite");
     }
     match DVec3::from_slice(&numbers[3..]).try_normalize() {
-        Some(direction) => Ok(Some(Ray { origin: DVec3::from_slice(&numbers), direction })),
+        Some(direction) => Ok(Some(Ray::new(DVec3::from_slice(&numbers), direction))),
         None => bail!("the direction is zero"),
     }
 }
@@ -69,7 +69,7 @@ fn parse_ray(line: &str) -> Result<Option<Ray>> {
 /// One JSON object and a line end. Numbers have 17 significant digits: enough to read the same bits back.
 fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
     let mut log = TraceLog { polyline: with_path.then(Vec::new), ..Default::default() };
-    let world_ray = Ray { origin: ray.origin - scene.world.origin, direction: ray.direction };
+    let world_ray = Ray { origin: ray.origin - scene.world.origin, ..*ray };
     let arrival = scene.integrator.trace(&scene.world, &world_ray, &mut log);
     let to_world = |p: DVec3| p + scene.world.origin;
     let mut json = String::from("{\"outcome\":");

@@ -120,7 +120,7 @@ fn a_million_rays_do_not_leave_the_closed_cornell_box() {
             let z = 2.0 * random(i, 3) - 1.0;
             let (sin, cos) = (std::f64::consts::TAU * random(i, 4)).sin_cos();
             let direction = DVec3::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z);
-            let mut ray = Ray { origin: origin - scene.world.origin, direction };
+            let mut ray = Ray::new(origin - scene.world.origin, direction);
             rays += 1;
             let mut arrival = scene.integrator.trace(&scene.world, &ray, &mut log);
             if let Arrival::Surface(hit) = arrival {

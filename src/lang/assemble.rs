@@ -11,10 +11,11 @@ use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
 use bhs_core::integrator::Integrator;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
+use bhs_core::light_sampling::Emitter;
 use bhs_core::material::Material;
 use bhs_core::params::{Files, Params};
 use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
-use bhs_core::scene::{Emitter, Scene, ShapeBinding};
+use bhs_core::scene::{Footprints, Scene, ShapeBinding};
 use bhs_core::world::World;
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
@@ -119,7 +120,16 @@ pub(super) fn assemble(
         let power = f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize]);
         if power.is_finite() { power.max(0.0) } else { 0.0 }
     });
-    let emitter_choice = Discrete::new(power);
+    let lights: Vec<Arc<dyn Light>> = parts
+        .lights
+        .into_iter()
+        .flatten()
+        .map(|mut light| {
+            light.rebase(origin);
+            Arc::from(light)
+        })
+        .collect();
+    let light_choice = Discrete::new(power.chain(lights.iter().map(|l| f64::from(l.power(lo, hi)))));
 
     let (intersector_span, builder) = parts.intersector?;
     let intersector = match builder.build(&geometries) {
@@ -137,8 +147,8 @@ pub(super) fn assemble(
     let world = World { geometries, intersector, bounds, hole: moved_hole.map(|(_, h)| h), origin };
     let (camera, integrator) = (camera?, integrator?);
     let observer = integrator.observer(&world, camera.position()).unwrap_or(Observer::FLAT);
-    let lights: Vec<Arc<dyn Light>> = parts.lights.into_iter().flatten().map(Arc::from).collect();
-    let scene = Scene { world, integrator, shapes: bindings, emitters, emitter_choice, lights, camera: observer };
+    let footprints = footprints(&world.bounds, camera.as_ref());
+    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_choice, camera: observer, footprints };
     Some(Assembled { scene, camera, integrator_name, load })
 }
 
@@ -177,6 +187,15 @@ impl Files for Nothing {
     fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {
         Err("no file is read here".into())
     }
+}
+
+/// Footprints of rays in a scene within `bounds`; without a surface there is nothing that rays could miss.
+fn footprints(bounds: &Aabb, camera: &dyn Camera) -> Footprints {
+    if bounds.is_empty() {
+        return Footprints::default();
+    }
+    let distance = (camera.position() - bounds.center()).length();
+    Footprints::new((bounds.max - bounds.min).length(), distance, camera.pixel_angle())
 }
 
 /// World position of render space's origin: the world's own if the scene is near it, else the scene's middle.

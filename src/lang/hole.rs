@@ -24,6 +24,7 @@ pub(super) fn build_hole(entity: &Entity, context: Context, found: &mut Vec<Diag
     let center = p.get("center", Point3(DVec3::ZERO), "scene", "centre, under the current transform");
     let rs = p.require::<f64>("rs", "scene", "Schwarzschild radius, under the current transform");
     let redshift = p.get("redshift", true, "", "whether wavelengths and radiance shift along a ray");
+    let radiance = p.get("radiance", "full".to_owned(), "", "what redshift does to radiance: `full`, or `shift-only`: nothing");
     let frame = p.get("frame", "static".to_owned(), "", "whose angles count: `static` observers' or the `chart`'s");
     if rs.is_some_and(|rs| rs < 0.0) {
         p.reject("rs", "`rs` is negative", "expected 0 or more");
@@ -36,6 +37,14 @@ pub(super) fn build_hole(entity: &Entity, context: Context, found: &mut Vec<Diag
             FrameConvention::Static
         }
     };
+    let radiance_shift = match radiance.as_str() {
+        "full" => true,
+        "shift-only" => false,
+        _ => {
+            p.reject("radiance", format!("unknown radiance `{}`", shorten(&radiance)), "expected `full` or `shift-only`");
+            true
+        }
+    };
     found.extend(p.finish().0.into_iter().filter(|d| !(entity.faulty && d.code == "missing-parameter")));
 
     let Some(scale) = uniform_scale(&entity.world_from_object) else {
@@ -46,7 +55,8 @@ pub(super) fn build_hole(entity: &Entity, context: Context, found: &mut Vec<Diag
         );
         return None;
     };
-    let hole = BlackHole { center: entity.world_from_object.transform_point3(center.0), rs: rs? * scale, redshift, frame };
+    let center = entity.world_from_object.transform_point3(center.0);
+    let hole = BlackHole { center, rs: rs? * scale, redshift, radiance_shift, frame };
     if !hole.center.is_finite() || !hole.rs.is_finite() {
         found.push(Diagnostic::error("out-of-range", "the black hole is out of range").at(entity.keyword, ""));
     }

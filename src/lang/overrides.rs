@@ -132,7 +132,7 @@ impl Settings {
         let mut or_default = |slot: Option<Entity>, keyword: &str, name: &str| {
             slot.unwrap_or_else(|| entity(name, defaults.flag(keyword, &format!("\"{name}\""))))
         };
-        let bent = if scene.black_hole.is_some() { "schwarzschild-rk4" } else { "straight" };
+        let bent = if scene.black_hole.is_some() { "schwarzschild-adaptive" } else { "straight" };
         let mut settings = Self {
             integrator: or_default(scene.integrator.take(), "Integrator", bent),
             transport: or_default(scene.transport.take(), "LightTransport", "path"),

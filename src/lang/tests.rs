@@ -127,7 +127,7 @@ fn where_nothing_bends_light_the_integrator_is_straight() {
     let hole =
         "WorldBegin LightSource \"infinite\" Scale 2 2 2 BlackHole \"schwarzschild\" \"float rs\" 0.1 \"point3 center\" [1 0 2]";
     let scene = built(hole);
-    assert_eq!(scene.integrator_name, "schwarzschild-rk4");
+    assert_eq!(scene.integrator_name, "schwarzschild-adaptive");
     let hole = scene.scene.world.hole.unwrap();
     assert!((hole.rs - 0.2).abs() < 1e-15);
     assert_near(hole.center + scene.scene.world.origin, [2.0, 0.0, 4.0]);
@@ -161,7 +161,7 @@ fn lamps_are_chosen_by_power_and_shapes_keep_their_numbers() {
     );
     let s = &scene.scene;
     assert_eq!(s.shapes.iter().map(|s| (s.index, s.emitter)).collect::<Vec<_>>(), [(0, None), (1, Some(0)), (2, Some(1))]);
-    let ratio = s.emitter_choice.probability(0) / s.emitter_choice.probability(1);
+    let ratio = s.light_choice.probability(0) / s.light_choice.probability(1);
     assert!((ratio / (16.0 * std::f64::consts::PI / 0.5) - 1.0).abs() < 1e-5, "{ratio}");
     assert_eq!((scene.load.triangles, scene.load.zero_area_triangles, scene.load.shapes), (1, 1, 3));
 }

@@ -70,6 +70,10 @@ impl Camera for Perspective {
         self.render_from_camera.translation
     }
 
+    fn pixel_angle(&self) -> f64 {
+        self.per_pixel.abs().min_element()
+    }
+
     fn rebase(&mut self, origin: DVec3) {
         self.render_from_camera.translation -= origin;
     }

@@ -22,8 +22,11 @@ pub struct BlackHole {
     pub center: DVec3,
     /// Schwarzschild radius, 2M with G = c = 1 (scene units).
     pub rs: f64,
-    /// Whether wavelengths and radiance shift along a ray.
+    /// Whether wavelengths shift along a ray.
     pub redshift: bool,
+    /// Whether radiance shifts with them, as it does in nature (`L lambda^5` is constant); without it, as in Aikawa, Zhou and
+    /// Wang 2019, wavelengths alone do.
+    pub radiance_shift: bool,
     /// The frame of cameras, lights and materials.
     pub frame: FrameConvention,
 }
@@ -109,6 +112,13 @@ impl LocalFrame {
         self.scale_radial(n, self.sqrt_f).length() / self.sqrt_f
     }
 
+    /// Local over chart area across a bundle of light in the unit chart direction `d`.
+    #[inline]
+    pub fn bundle_area_factor(&self, d: DVec3) -> f64 {
+        // Of the surface element at right angles to it in the chart, what the observer sees across the bundle.
+        self.area_factor(d) * self.local_normal(d).dot(self.local_direction(d))
+    }
+
     /// Local solid angle over chart solid angle, around the unit chart direction `d`.
     #[inline]
     pub fn solid_angle_factor(&self, d: DVec3) -> f64 {
@@ -122,7 +132,13 @@ mod tests {
     use super::*;
 
     fn hole() -> BlackHole {
-        BlackHole { center: DVec3::new(1.0, 2.0, 3.0), rs: 0.5, redshift: true, frame: FrameConvention::Static }
+        BlackHole {
+            center: DVec3::new(1.0, 2.0, 3.0),
+            rs: 0.5,
+            redshift: true,
+            radiance_shift: true,
+            frame: FrameConvention::Static,
+        }
     }
 
     #[test]

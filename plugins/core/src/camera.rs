@@ -22,6 +22,9 @@ pub trait Camera: Send + Sync {
     /// Where the camera stands, render space.
     fn position(&self) -> DVec3;
 
+    /// Angle that one pixel in the middle of the picture covers along its shorter side (rad).
+    fn pixel_angle(&self) -> f64;
+
     /// Moves the camera by `-origin`, from world space to render space. Called once, before anything else.
     fn rebase(&mut self, origin: DVec3);
 }

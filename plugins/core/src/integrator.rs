@@ -12,6 +12,17 @@ pub struct Ray {
     pub origin: DVec3,
     /// Unit chart direction.
     pub direction: DVec3,
+    /// Width of the patch that the ray stands for where it arrives (scene units): nobody can tell apart what is closer together.
+    /// 0: unknown. An integrator may stray from the true ray by a tenth of it, unless the scene says by how much.
+    pub footprint: f64,
+}
+
+impl Ray {
+    /// A ray of unknown footprint.
+    #[inline]
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction, footprint: 0.0 }
+    }
 }
 
 /// A point of a surface that a ray arrived at.
@@ -51,19 +62,27 @@ pub struct Connection {
     pub arrival: DVec3,
     /// Area across the bundle at `y` per solid angle at `x`, both in the chart (scene units^2/sr); distance^2 in flat space.
     pub spread: f64,
+    /// Angle that it sweeps around the hole (rad); 0 in flat space.
+    pub phi: f64,
 }
+
+/// The two geodesics between a pair of points that make the same number of whole turns around the hole: first the one that goes
+/// the shorter way round (in flat space the only one), then the one that goes round the other side.
+pub type ConnectionPair = [Option<Connection>; 2];
 
 /// What an integrator that can join two points offers for light sampling.
 pub trait Connections: Send + Sync {
-    /// How many geodesics it looks for between two points; the first is the direct one.
-    fn images(&self) -> u32;
-    /// Geodesic number `image` from `x` to `y`, whether or not something stands in its way; `None` if there is none.
-    fn connect(&self, world: &World, x: DVec3, y: DVec3, image: u32) -> Option<Connection>;
-    /// The spread of the geodesic that was traced from `ray` to `hit`: what [`Connections::connect`] says of the same one.
-    fn spread(&self, world: &World, ray: &Ray, hit: &SurfaceHit) -> f64;
+    /// How many pairs of geodesics it offers between two points.
+    fn turns(&self) -> u32;
+    /// The geodesics from `x` to `y` that make `turn` < [`Connections::turns`] whole turns, whether or not something stands in
+    /// their way; `None` where there is none.
+    fn connect(&self, world: &World, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair;
+    /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` to `y`, sweeping `phi` (rad): what
+    /// [`Connections::connect`] says of the same one. `None` if it does not offer that one.
+    fn spread(&self, world: &World, x: DVec3, launch: DVec3, y: DVec3, phi: f64) -> Option<f64>;
     /// Whether nothing stands between `x` and `y` (which may lie on surfaces themselves) on `connection`; `start` is the
     /// ray that leaves `x` along it, moved off the surface there.
-    fn visible(&self, world: &World, start: &Ray, y: DVec3, connection: &Connection, log: &mut TraceLog) -> bool;
+    fn visible(&self, world: &World, start: &Ray, x: DVec3, y: DVec3, connection: &Connection, log: &mut TraceLog) -> bool;
 }
 
 /// Follows light. One implementation, one plugin; any of them works in any scene.

@@ -16,6 +16,7 @@ pub mod geometry;
 pub mod integrator;
 pub mod intersector;
 pub mod light;
+pub mod light_sampling;
 pub mod material;
 pub mod params;
 pub mod plugin;

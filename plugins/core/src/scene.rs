@@ -1,14 +1,14 @@
-//! A built scene as light transport sees it: vertices with their observers, and lights to sample.
+//! A built scene as light transport sees it: vertices with their observers (for lights to sample: `light_sampling.rs`).
 
 use crate::blackhole::Observer;
-use crate::geometry::{Geometry, sample_triangle};
 use crate::integrator::{Integrator, Ray, SurfaceHit};
-use crate::light::{AreaLight, Light};
+use crate::light::{Emission, Light};
+use crate::light_sampling::Emitter;
 use crate::material::{Material, Shading};
 use crate::sampling::Discrete;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::world::World;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 /// What a geometry is made of.
@@ -22,50 +22,6 @@ pub struct ShapeBinding {
     pub index: u32,
 }
 
-/// A surface that emits.
-pub struct Emitter {
-    /// Index of the geometry.
-    pub geometry: u32,
-    /// What it emits.
-    pub light: Arc<dyn AreaLight>,
-    /// Choice of a triangle by chart area; empty for an analytic surface.
-    pub triangles: Discrete,
-}
-
-impl Emitter {
-    /// The emission `light` of `geometry`, which is number `index`.
-    pub fn new(index: u32, geometry: &Geometry, light: Arc<dyn AreaLight>) -> Self {
-        let triangles = match geometry {
-            Geometry::Mesh(mesh) => Discrete::new((0..mesh.triangles.len() as u32).map(|t| mesh.triangle_area(t))),
-            Geometry::Analytic(_) => Discrete::default(),
-        };
-        Self { geometry: index, light, triangles }
-    }
-
-    /// Area of the surface, chart measure.
-    pub fn area(&self, geometry: &Geometry) -> f64 {
-        match geometry {
-            Geometry::Mesh(_) => self.triangles.total(),
-            Geometry::Analytic(surface) => surface.area(),
-        }
-    }
-}
-
-/// A point of an emitter drawn for light sampling.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSample {
-    /// Index in [`Scene::emitters`].
-    pub emitter: u32,
-    /// The point, render space.
-    pub point: DVec3,
-    /// Outer unit normal, chart.
-    pub normal: DVec3,
-    /// Texture coordinates.
-    pub uv: Vec2,
-    /// Density with respect to chart area, choice of the emitter included.
-    pub pdf: f64,
-}
-
 /// Everything that light transport needs.
 pub struct Scene {
     /// Geometry, intersector and hole.
@@ -76,12 +32,36 @@ pub struct Scene {
     pub shapes: Vec<ShapeBinding>,
     /// The surfaces that emit.
     pub emitters: Vec<Emitter>,
-    /// Choice of an emitter by power.
-    pub emitter_choice: Discrete,
     /// Lights that are not surfaces.
     pub lights: Vec<Arc<dyn Light>>,
+    /// Choice by power of what light sampling aims at: first the emitters, then all of `lights` (whose power is 0 unless
+    /// they shine from a point).
+    pub light_choice: Discrete,
     /// The observer at the camera.
     pub camera: Observer,
+    /// How finely rays are told from their neighbours.
+    pub footprints: Footprints,
+}
+
+/// Footprints of rays (scene units): see [`Ray::footprint`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Footprints {
+    /// Of camera rays, and of what they become in mirrors and glass: one pixel, at the scene's distance from the camera.
+    pub camera: f64,
+    /// Of rays that leave a rough surface, where every picture is a mean over many directions.
+    pub rough: f64,
+}
+
+/// Footprint of rays that leave a rough surface, relative to the diagonal of the box around all surfaces.
+const ROUGH_FOOTPRINT: f64 = 1e-2;
+
+impl Footprints {
+    /// Footprints in a scene of the given diagonal (scene units), the middle of which is `distance` from a camera whose pixels cover
+    /// `pixel_angle` (rad). A camera within the scene sees it from half the diagonal.
+    pub fn new(diagonal: f64, distance: f64, pixel_angle: f64) -> Self {
+        let camera = pixel_angle * distance.max(0.5 * diagonal);
+        Self { camera, rough: camera.max(ROUGH_FOOTPRINT * diagonal) }
+    }
 }
 
 /// A surface point on a path, with the observer who measures there.
@@ -94,6 +74,8 @@ pub struct Vertex<'s> {
     pub observer: Observer,
     /// Wavelength here over wavelength at the camera.
     pub shift: f64,
+    /// Radiance at the camera over radiance here, of light that goes there.
+    pub radiance_factor: f32,
     /// What the material may know.
     pub shading: Shading,
     /// The material.
@@ -135,24 +117,19 @@ impl Vertex<'_> {
     pub fn emitted(&self) -> SampledSpectrum {
         match self.emitter {
             Some(emitter) => {
-                let l = emitter.light.radiance(self.shading.uv, self.wn.dot(self.wo), self.shading.lambda_nm);
-                l * radiance_shift(self.shift)
+                let cos_theta = self.wn.dot(self.wo);
+                let lapse = self.observer.lapse as f32;
+                let at = Emission { uv: self.shading.uv, cos_theta, lambda_nm: self.shading.lambda_nm, lapse };
+                emitter.light.radiance(&at) * self.radiance_factor
             }
             None => SampledSpectrum::ZERO,
         }
     }
 
-    /// The ray that leaves in the shading direction `wi`.
-    pub fn spawn(&self, world: &World, wi: Vec3) -> Ray {
-        world.spawn(&self.hit, self.normal, self.chart_direction(wi))
+    /// The ray of the given footprint that leaves in the shading direction `wi`.
+    pub fn spawn(&self, world: &World, wi: Vec3, footprint: f64) -> Ray {
+        Ray { footprint, ..world.spawn(&self.hit, self.normal, self.chart_direction(wi)) }
     }
-}
-
-/// What the spectral radiance per wavelength is multiplied with on the way to a camera that receives its wavelength divided
-/// by `shift`: `L lambda^5` is constant along a ray (Liouville; I_nu/nu^3 is invariant).
-#[inline]
-pub fn radiance_shift(shift: f64) -> f32 {
-    if shift == 1.0 { 1.0 } else { shift.powi(5) as f32 }
 }
 
 impl Scene {
@@ -178,6 +155,7 @@ impl Scene {
             normal: surface.normal,
             observer,
             shift,
+            radiance_factor: self.radiance_factor(shift),
             shading: Shading { uv: surface.uv, lambda_nm: lambda.at(shift as f32) },
             material: &*binding.material,
             emitter: binding.emitter.map(|e| &self.emitters[e as usize]),
@@ -193,6 +171,13 @@ impl Scene {
         observer.lapse / self.camera.lapse
     }
 
+    /// What the spectral radiance per wavelength is multiplied with on the way to a camera that receives its wavelength divided
+    /// by `shift`: `L lambda^5` is constant along a ray (Liouville; I_nu/nu^3 is invariant).
+    #[inline]
+    pub fn radiance_factor(&self, shift: f64) -> f32 {
+        if shift == 1.0 || self.world.hole.is_none_or(|h| !h.radiance_shift) { 1.0 } else { shift.powi(5) as f32 }
+    }
+
     /// The light from far away along the chart direction `direction`, as the camera receives it.
     pub fn sky(&self, direction: DVec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         let mut sum = SampledSpectrum::ZERO;
@@ -203,38 +188,6 @@ impl Scene {
         for light in &self.lights {
             sum += light.sky_radiance(direction, lambda.at(shift as f32));
         }
-        sum * radiance_shift(shift)
-    }
-
-    /// Draws a point of an emitter: the emitter by power, the point by chart area.
-    pub fn sample_light(&self, choice: f32, u: Vec2) -> Option<LightSample> {
-        let (index, rest) = self.emitter_choice.sample(choice)?;
-        let emitter = &self.emitters[index];
-        let chosen = self.emitter_choice.probability(index);
-        let emitter_index = index as u32;
-        match &self.world.geometries[emitter.geometry as usize] {
-            Geometry::Mesh(mesh) => {
-                let (triangle, _) = emitter.triangles.sample(rest)?;
-                let (point, b) = sample_triangle(mesh, triangle as u32, u);
-                let s = mesh.surface(triangle as u32, b);
-                let pdf = chosen / emitter.triangles.total();
-                Some(LightSample { emitter: emitter_index, point, normal: s.normal, uv: s.uv, pdf })
-            }
-            Geometry::Analytic(surface) => {
-                let s = surface.sample(u);
-                Some(LightSample { emitter: emitter_index, point: s.point, normal: s.normal, uv: s.uv, pdf: chosen * s.pdf })
-            }
-        }
-    }
-
-    /// The density with which [`Scene::sample_light`] draws the surface point of `vertex`, with respect to chart area.
-    pub fn light_pdf(&self, vertex: &Vertex) -> f64 {
-        let Some(index) = self.shapes[vertex.hit.geometry as usize].emitter else { return 0.0 };
-        let emitter = &self.emitters[index as usize];
-        let within = match &self.world.geometries[emitter.geometry as usize] {
-            Geometry::Mesh(_) => 1.0 / emitter.triangles.total(),
-            Geometry::Analytic(surface) => surface.pdf(vertex.hit.point),
-        };
-        self.emitter_choice.probability(index as usize) * within
+        sum * self.radiance_factor(shift)
     }
 }

@@ -24,6 +24,12 @@ pub trait Spectrum: Send + Sync + Debug {
         SampledSpectrum(lambda_nm.map(|l| self.at(l)))
     }
 
+    /// The values where clocks run at the rate `lapse` of one far from the hole; only a spectrum that depends on it differs.
+    #[inline]
+    fn sample_at(&self, lambda_nm: [f32; N_LAMBDA], _lapse: f32) -> SampledSpectrum {
+        self.sample(lambda_nm)
+    }
+
     /// Whether the value is the same at all wavelengths; a refractive index that is not disperses.
     fn is_constant(&self) -> bool {
         false

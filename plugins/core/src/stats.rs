@@ -16,8 +16,14 @@ pub struct Counters {
     pub queries: u64,
     /// Chords that lay outside the scene's bounds and were not put to it.
     pub chords_skipped: u64,
-    /// Pairs of points that were joined for light sampling.
+    /// Geodesics that were found between pairs of points for light sampling.
     pub connections: u64,
+    /// Those of them that were searched for something in their way.
+    pub connections_searched: u64,
+    /// Those of them that something stands in the way of.
+    pub connections_blocked: u64,
+    /// Paths that ended on a surface within the horizon, where nobody can stand.
+    pub inside_horizon: u64,
     /// Rays that ended on a surface.
     pub hit: u64,
     /// Rays that left the scene for good.
@@ -38,6 +44,9 @@ impl AddAssign for Counters {
         self.queries += o.queries;
         self.chords_skipped += o.chords_skipped;
         self.connections += o.connections;
+        self.connections_searched += o.connections_searched;
+        self.connections_blocked += o.connections_blocked;
+        self.inside_horizon += o.inside_horizon;
         self.hit += o.hit;
         self.escaped += o.escaped;
         self.captured += o.captured;
@@ -51,7 +60,7 @@ impl AddAssign for Counters {
 pub struct TraceLog {
     /// Counts, added to.
     pub counters: Counters,
-    /// Angle swept around the hole by the last ray (rad); 0 for straight rays.
+    /// Angle swept around the hole by the last ray that was traced (rad); 0 for straight rays.
     pub phi: f64,
     /// The points of the polyline that is traced, render space, if somebody wants them.
     pub polyline: Option<Vec<DVec3>>,

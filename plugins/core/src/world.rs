@@ -81,6 +81,6 @@ impl World {
         };
         let offset = OFFSET * extent;
         let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
-        Ray { origin: hit.point + side * offset, direction }
+        Ray::new(hit.point + side * offset, direction)
     }
 }

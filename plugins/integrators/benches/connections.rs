@@ -29,7 +29,7 @@ fn points() -> (BlackHole, Vec<(DVec3, DVec3)>) {
         let s = (1.0 - z * z).sqrt();
         center + DVec3::new(s * phi.cos(), s * phi.sin(), z) * (0.3 * 20f64.powf(halton(i, c)))
     };
-    let hole = BlackHole { center, rs: 0.1, redshift: true, frame: FrameConvention::Static };
+    let hole = BlackHole { center, rs: 0.1, redshift: true, radiance_shift: true, frame: FrameConvention::Static };
     (hole, (1..=PAIRS).map(|i| (point(i, [2, 3, 5]), point(i, [7, 11, 13]))).collect())
 }
 
@@ -43,10 +43,10 @@ fn connections(criterion: &mut Criterion) {
         });
     }
     group.bench_function("pair of images 0 and 1", |b| {
-        b.iter(|| pairs.iter().map(|&(x, y)| black_box(connect_pair(&hole, x, y)).iter().flatten().count()).sum::<usize>());
+        b.iter(|| pairs.iter().map(|&(x, y)| black_box(connect_pair(&hole, x, y, 0)).iter().flatten().count()).sum::<usize>());
     });
     group.bench_function("spread of a traced ray", |b| {
-        b.iter(|| pairs.iter().filter_map(|&(x, y)| black_box(spread_of(&hole, x, DVec3::X, y, 1.0))).count());
+        b.iter(|| pairs.iter().filter_map(|&(x, y)| black_box(spread_of(&hole, x, DVec3::X, y, 1.0, 2))).count());
     });
     group.finish();
 }

@@ -14,7 +14,7 @@
 use crate::connect_lanes::Lanes;
 use crate::connect_solve::{Ends, Solved, solve};
 use bhs_core::blackhole::BlackHole;
-use bhs_core::integrator::Connection;
+use bhs_core::integrator::{Connection, ConnectionPair};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -52,11 +52,12 @@ pub fn connect(hole: &BlackHole, x: DVec3, y: DVec3, image: u32) -> Option<Conne
     frame.pair.arcs([image])[0].map(|arc| frame.connection(&arc, image))
 }
 
-/// The two brightest geodesics, images 0 and 1, for less than the price of two calls of [`connect`].
-pub fn connect_pair(hole: &BlackHole, x: DVec3, y: DVec3) -> [Option<Connection>; 2] {
+/// Images 2 `turn` and 2 `turn` + 1, for less than the price of two calls of [`connect`].
+pub fn connect_pair(hole: &BlackHole, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair {
     let frame = Frame::new(hole, x, y);
-    let [direct, back] = frame.pair.arcs([0, 1]);
-    [direct.map(|arc| frame.connection(&arc, 0)), back.map(|arc| frame.connection(&arc, 1))]
+    let images = [2 * turn, 2 * turn + 1];
+    let [near, far] = frame.pair.arcs(images);
+    [near.map(|arc| frame.connection(&arc, images[0])), far.map(|arc| frame.connection(&arc, images[1]))]
 }
 
 /// Which image a ray is that left `x` in the unit chart direction `direction` and arrived at `y` after the angle `phi`.
@@ -65,10 +66,11 @@ pub fn image_of(hole: &BlackHole, x: DVec3, direction: DVec3, y: DVec3, phi: f64
 }
 
 /// The spread of the geodesic that was traced from `x` in the unit chart direction `direction` to `y`, sweeping `phi`: what
-/// [`connect`] says of the same one. `None` where it says `None`, and after more windings than [`MOST_IMAGES`].
-pub fn spread_of(hole: &BlackHole, x: DVec3, direction: DVec3, y: DVec3, phi: f64) -> Option<f64> {
+/// [`connect`] says of the same one. `None` where it says `None`, and if it is not among the first `images` ones.
+pub fn spread_of(hole: &BlackHole, x: DVec3, direction: DVec3, y: DVec3, phi: f64, images: u32) -> Option<f64> {
     let frame = Frame::new(hole, x, y);
-    frame.pair.arcs([frame.image_of(direction, phi)])[0].map(|arc| arc.spread)
+    let image = frame.image_of(direction, phi);
+    frame.pair.arcs([image])[0].filter(|_| image < images).map(|arc| arc.spread)
 }
 
 /// Two points seen from the hole.
@@ -178,6 +180,7 @@ impl Frame {
             launch: self.out_x * arc.launch.x + self.across_x * (side * arc.launch.y),
             arrival: self.out_y * arc.arrival.x + self.across_y * (side * arc.arrival.y),
             spread: arc.spread,
+            phi: swept_angle(self.pair.theta, image),
         }
     }
 

@@ -16,7 +16,7 @@ pub struct Flight<'w> {
     /// The hole; `rs` > 0.
     pub hole: &'w BlackHole,
     plane: OrbitPlane,
-    origin: DVec3,
+    ray: Ray,
     /// State of the orbit at the ray's origin.
     pub start: State,
 }
@@ -39,12 +39,12 @@ impl<'w> Flight<'w> {
             log.counters.out_of_steps += 1;
             return Err(Arrival::OutOfSteps);
         }
-        Ok(Self { world, hole, plane, origin: ray.origin, start })
+        Ok(Self { world, hole, plane, ray: *ray, start })
     }
 
     /// Follows `orbit`, which begins at `start`, by chords of at most the angle `chord`.
     pub fn follow<S: Stepper>(self, mut orbit: S, chord: f64, max_steps: u64, log: &mut TraceLog) -> Arrival {
-        let mut chords = Chords::new(self.world, self.hole, self.plane, self.origin, &self.start, chord);
+        let mut chords = Chords::new(self.world, self.hole, self.plane, self.ray.origin, &self.start, chord);
         for _ in 0..max_steps {
             let (step, fate) = orbit.advance();
             log.counters.steps += 1;
@@ -80,17 +80,23 @@ pub fn static_observer(world: &World, point: DVec3) -> Option<Observer> {
 pub enum Tolerance {
     /// A distance (scene units).
     Absolute(f64),
-    /// Relative to the diagonal of the box around all surfaces.
-    Relative(f64),
+    /// A tenth of the ray's footprint; [`UNKNOWN`] for one of unknown footprint.
+    Footprint,
 }
+
+/// Tolerance over footprint.
+const TENTH: f64 = 0.1;
+
+/// Tolerance of a ray of unknown footprint, relative to the diagonal of the box around all surfaces.
+const UNKNOWN: f64 = 1e-4;
 
 impl Tolerance {
     /// What scenes get that do not ask for anything.
-    pub const DEFAULT: Self = Self::Relative(1e-4);
+    pub const DEFAULT: Self = Self::Footprint;
 
     /// The parameter `tolerance`.
     pub fn read(p: &Params) -> Self {
-        let about = "largest distance between the true ray and what is traced; by default 1e-4 of the scene's diagonal";
+        let about = "largest distance between the true ray and what is traced; by default a tenth of the ray's footprint";
         match p.optional::<f64>("tolerance", "scene", about) {
             Some(t) if t > 0.0 => Self::Absolute(t),
             Some(t) => {
@@ -101,22 +107,23 @@ impl Tolerance {
         }
     }
 
-    /// The distance (scene units).
-    pub fn distance(self, world: &World) -> f64 {
+    /// The distance (scene units) for a ray of the given footprint.
+    pub fn distance(self, world: &World, footprint: f64) -> f64 {
         match self {
             Self::Absolute(t) => t,
-            Self::Relative(_) if world.bounds.is_empty() => f64::INFINITY,
-            Self::Relative(t) => t * (world.bounds.max - world.bounds.min).length(),
+            Self::Footprint if world.bounds.is_empty() => f64::INFINITY,
+            Self::Footprint if footprint > 0.0 => TENTH * footprint,
+            Self::Footprint => UNKNOWN * (world.bounds.max - world.bounds.min).length(),
         }
     }
 
     /// The largest angle of a chord, if it may take up `share` of the tolerance, in radians.
     pub fn chord(self, flight: &Flight, share: f64) -> f64 {
-        chord_angle(flight.hole.rs, share * self.distance(flight.world))
+        chord_angle(flight.hole.rs, share * self.distance(flight.world, flight.ray.footprint))
     }
 
     /// `share` of the tolerance, relative to the distance from the hole to the farthest surface.
     pub fn relative(self, flight: &Flight, share: f64) -> f64 {
-        (share * self.distance(flight.world) / reach(flight.world, flight.hole)).min(1e-2)
+        (share * self.distance(flight.world, flight.ray.footprint) / reach(flight.world, flight.hole)).min(1e-2)
     }
 }

@@ -1,7 +1,8 @@
 //! How light travels: the integrators of light rays. One file, one plugin.
 //!
 //! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`
-//! and `refine` (from steps to hits), `flight` (one ray from start to end), `double` and `polynomial` (arithmetic).
+//! and `refine` (from steps to hits), `flight` (one ray from start to end), `connect` and `joined`
+//! (rays between two points), `double` and `polynomial` (arithmetic).
 
 pub mod chords;
 pub mod closed_form;
@@ -10,6 +11,7 @@ mod connect_lanes;
 mod connect_solve;
 mod double;
 pub mod flight;
+pub mod joined;
 pub mod orbit;
 mod polynomial;
 pub mod refine;
@@ -34,6 +36,6 @@ pub const ALL: &[Plugin<dyn Integrator>] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_solve", "double", "flight", "orbit", "polynomial",
+        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_solve", "double", "flight", "joined", "orbit", "polynomial",
             "refine", "taylor"]);
 }

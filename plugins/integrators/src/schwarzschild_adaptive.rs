@@ -6,8 +6,9 @@
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `tolerance` | float | 1e-4 of the scene's diagonal | scene | largest distance between the true ray and what is traced |
+//! | `tolerance` | float | a tenth of the ray's footprint | scene | largest distance between the true ray and what is traced |
 //! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
+//! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
 //!
 //! ```bhs
 //! Integrator "schwarzschild-adaptive" "float tolerance" 1e-4
@@ -16,6 +17,7 @@
 //! ```
 
 use crate::flight::{Flight, Tolerance, static_observer};
+use crate::joined::{Chord, Joined, read_turns};
 use crate::taylor::TaylorOrbit;
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
@@ -36,6 +38,14 @@ pub struct Adaptive {
     pub tolerance: Tolerance,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
+    joined: Joined,
+}
+
+impl Adaptive {
+    /// To that tolerance; gives up after so many steps.
+    pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
+        Self { tolerance, max_steps, joined: Joined { turns: 1, chord: Chord::Tolerance(tolerance) } }
+    }
 }
 
 /// The integration's share of the tolerance; its error costs little to lower, that of the chords much.
@@ -44,7 +54,8 @@ const INTEGRATION: f64 = 0.25;
 fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     let tolerance = Tolerance::read(p);
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
-    Some(Box::new(Adaptive { tolerance, max_steps: max_steps as u64 }))
+    let made = Adaptive::new(tolerance, max_steps as u64);
+    Some(Box::new(Adaptive { joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
 }
 
 impl Integrator for Adaptive {
@@ -63,7 +74,7 @@ impl Integrator for Adaptive {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        None
+        Some(&self.joined)
     }
 
     fn is_curved(&self) -> bool {

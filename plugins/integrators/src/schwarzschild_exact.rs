@@ -6,8 +6,9 @@
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `tolerance` | float | 1e-4 of the scene's diagonal | scene | largest distance between the true ray and its chords |
+//! | `tolerance` | float | a tenth of the ray's footprint | scene | largest distance between the true ray and its chords |
 //! | `maxsteps` | integer | 100000 | | stretches of 1 rad after which a ray is given up |
+//! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
 //!
 //! The tolerance decides which surface is met where a ray passes an edge, not how precisely.
 //!
@@ -19,6 +20,7 @@
 
 use crate::closed_form::{ClosedForm, ExactOrbit};
 use crate::flight::{Flight, Tolerance, static_observer};
+use crate::joined::{Chord, Joined, read_turns};
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
@@ -38,12 +40,21 @@ pub struct Exact {
     pub tolerance: Tolerance,
     /// Stretches of 1 rad after which a ray is given up.
     pub max_steps: u64,
+    joined: Joined,
+}
+
+impl Exact {
+    /// To that tolerance; gives up after so many steps.
+    pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
+        Self { tolerance, max_steps, joined: Joined { turns: 1, chord: Chord::Tolerance(tolerance) } }
+    }
 }
 
 fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     let tolerance = Tolerance::read(p);
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "stretches of 1 rad after which a ray is given up");
-    Some(Box::new(Exact { tolerance, max_steps: max_steps as u64 }))
+    let made = Exact::new(tolerance, max_steps as u64);
+    Some(Box::new(Exact { joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
 }
 
 impl Integrator for Exact {
@@ -62,7 +73,7 @@ impl Integrator for Exact {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        None
+        Some(&self.joined)
     }
 
     fn is_curved(&self) -> bool {

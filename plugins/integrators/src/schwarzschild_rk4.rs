@@ -10,6 +10,7 @@
 //! |---|---|---|---|---|
 //! | `step` | float | 0.1 | rad | angle swept by one step |
 //! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
+//! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
 //!
 //! ```bhs
 //! Integrator "schwarzschild-rk4" "float step" 0.05
@@ -18,6 +19,7 @@
 //! ```
 
 use crate::flight::{Flight, static_observer};
+use crate::joined::{Chord, Joined, read_turns};
 use crate::orbit::Rk4Orbit;
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
@@ -38,12 +40,21 @@ pub struct Rk4 {
     pub step: f64,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
+    joined: Joined,
+}
+
+impl Rk4 {
+    /// With steps of that angle (rad); gives up after so many.
+    pub fn new(step: f64, max_steps: u64) -> Self {
+        Self { step, max_steps, joined: Joined { turns: 1, chord: Chord::Angle(step) } }
+    }
 }
 
 fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     let step = p.get_in("step", 0.1, 1e-6..=0.5, "rad", "angle swept by one step");
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
-    Some(Box::new(Rk4 { step, max_steps: max_steps as u64 }))
+    let made = Rk4::new(step, max_steps as u64);
+    Some(Box::new(Rk4 { joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
 }
 
 impl Integrator for Rk4 {
@@ -62,7 +73,7 @@ impl Integrator for Rk4 {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        None
+        Some(&self.joined)
     }
 
     fn is_curved(&self) -> bool {

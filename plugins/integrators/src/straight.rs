@@ -12,7 +12,7 @@
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Connection, Connections, Integrator, Ray, SurfaceHit};
+use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Integrator, Ray, SurfaceHit};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
@@ -64,21 +64,21 @@ impl Integrator for Straight {
 }
 
 impl Connections for Straight {
-    fn images(&self) -> u32 {
+    fn turns(&self) -> u32 {
         1
     }
 
-    fn connect(&self, _: &World, x: DVec3, y: DVec3, _: u32) -> Option<Connection> {
+    fn connect(&self, _: &World, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair {
         let way = y - x;
-        let direction = way.try_normalize()?;
-        Some(Connection { launch: direction, arrival: direction, spread: way.length_squared() })
+        let Some(direction) = way.try_normalize().filter(|_| turn == 0) else { return [None; 2] };
+        [Some(Connection { launch: direction, arrival: direction, spread: way.length_squared(), phi: 0.0 }), None]
     }
 
-    fn spread(&self, _: &World, ray: &Ray, hit: &SurfaceHit) -> f64 {
-        (hit.point - ray.origin).length_squared()
+    fn spread(&self, _: &World, x: DVec3, _: DVec3, y: DVec3, _: f64) -> Option<f64> {
+        Some((y - x).length_squared())
     }
 
-    fn visible(&self, world: &World, start: &Ray, y: DVec3, _: &Connection, log: &mut TraceLog) -> bool {
+    fn visible(&self, world: &World, start: &Ray, _: DVec3, y: DVec3, _: &Connection, log: &mut TraceLog) -> bool {
         log.counters.queries += 1;
         let segment = Segment { origin: start.origin, direction: y - start.origin, t_min: 0.0, t_max: SHADOW_END };
         !world.intersector.blocked(&segment)

@@ -25,7 +25,7 @@ fn launch_directions_lead_to_the_other_point() {
         let hole = BlackHole { center: DVec3::ZERO, ..hole(rs) };
         let (r1, r2, theta) = (rs * random.radius(), rs * random.radius(), random.angle());
         let (x, y) = pair(&mut random, hole.center, r1, r2, theta);
-        let both = connect_pair(&hole, x, y);
+        let both = connect_pair(&hole, x, y, 0);
         for image in 0..2 {
             let Some(c) = both[image as usize] else { panic!("image {image} missing: r1 {r1} r2 {r2} theta {theta} rs {rs}") };
             let off_unit = (c.launch.length() - 1.0).abs().max((c.arrival.length() - 1.0).abs());

@@ -14,11 +14,11 @@ use common::{Dice, ball, faceted_ball, mesh, room, world};
 use glam::DVec3;
 
 fn exact(tolerance: f64) -> Exact {
-    Exact { tolerance: Tolerance::Absolute(tolerance), max_steps: 10_000 }
+    Exact::new(Tolerance::Absolute(tolerance), 10_000)
 }
 
 fn adaptive(tolerance: f64) -> Adaptive {
-    Adaptive { tolerance: Tolerance::Absolute(tolerance), max_steps: 10_000 }
+    Adaptive::new(Tolerance::Absolute(tolerance), 10_000)
 }
 
 fn surface(integrator: &dyn Integrator, world: &World, ray: &Ray) -> Option<SurfaceHit> {
@@ -67,7 +67,7 @@ fn hits_lie_on_the_orbit_and_on_the_plane_to_twelve_digits() {
     let mut dice = Dice(1);
     let (mut hits, mut checked) = (0, 0);
     while hits < 3000 {
-        let ray = Ray { origin: dice.point(1.0) + DVec3::Z, direction: dice.direction() };
+        let ray = Ray::new(dice.point(1.0) + DVec3::Z, dice.direction());
         let expected = first_crossing(&floor, &ray, |p| n.dot(p - a));
         let mut log = TraceLog::default();
         let Arrival::Surface(hit) = exact(1e-3).trace(&floor, &ray, &mut log) else { continue };
@@ -105,7 +105,7 @@ fn hits_lie_on_the_orbit_and_on_the_sphere_to_twelve_digits() {
     let (mut checked, mut inside) = (0, 0);
     while checked < 1500 {
         let origin = dice.point(1.5);
-        let ray = Ray { origin, direction: dice.direction() };
+        let ray = Ray::new(origin, dice.direction());
         let Some((point, direction)) = first_crossing(&shell, &ray, |p| (p - center).length() - radius) else { continue };
         let steep = (point - center).normalize().dot(direction).abs();
         let Some(hit) = surface(&exact(1e-3), &shell, &ray) else {
@@ -132,9 +132,9 @@ fn hits_lie_on_the_orbit_and_on_the_sphere_to_twelve_digits() {
 fn refined_hits_of_runge_kutta_converge_with_order_four() {
     let floor = [[DVec3::new(-9.0, -9.0, -1.0), DVec3::new(9.0, -9.0, -0.5), DVec3::new(0.0, 30.0, -0.5)]];
     let floor = world(vec![mesh(&floor)], DVec3::ZERO, 0.2);
-    let ray = Ray { origin: DVec3::new(-1.0, 0.2, 0.75), direction: DVec3::new(0.9, 0.8, -0.5).normalize() };
+    let ray = Ray::new(DVec3::new(-1.0, 0.2, 0.75), DVec3::new(0.9, 0.8, -0.5).normalize());
     let truth = surface(&exact(1e-3), &floor, &ray).unwrap().point;
-    let error = |step: f64| (surface(&Rk4 { step, max_steps: 10_000 }, &floor, &ray).unwrap().point - truth).length();
+    let error = |step: f64| (surface(&Rk4::new(step, 10_000), &floor, &ray).unwrap().point - truth).length();
     let slope = (error(0.04) / error(0.01)).log2() / 2.0;
     assert!((3.9..=4.1).contains(&slope), "slope {slope:.3}: chords are of order 2, refined hits of the orbit's order");
 }
@@ -151,11 +151,11 @@ fn a_grazing_ray_does_not_end_on_the_surface_that_it_leaves() {
     let bare = world(vec![floor()], center, 0.1);
     let divided = world(vec![floor(), wall], center, 0.1);
     for tolerance in [1e-2, 1e-3, 1e-4] {
-        let tracers: [&dyn Integrator; 3] = [&exact(tolerance), &adaptive(tolerance), &Rk4 { step: 0.05, max_steps: 10_000 }];
+        let tracers: [&dyn Integrator; 3] = [&exact(tolerance), &adaptive(tolerance), &Rk4::new(0.05, 10_000)];
         for tracer in tracers {
             for slope in [0.02, 0.04, 0.06, 0.08] {
                 let direction = DVec3::new(1.0, 0.2, slope).normalize();
-                let ray = Ray { origin: DVec3::new(-0.7, -0.1, 4e-6), direction };
+                let ray = Ray::new(DVec3::new(-0.7, -0.1, 4e-6), direction);
                 let (truth, _) = first_crossing(&bare, &ray, |p| p.z).expect("it comes back to the floor");
                 assert!((truth - ray.origin).length() > 0.2, "{truth}");
                 let hit = surface(tracer, &bare, &ray).expect("a hit on the floor");
@@ -179,7 +179,7 @@ fn light_that_skims_a_faceted_ball_around_the_hole_ends_where_the_orbit_does() {
     let (mut same, mut count) = (0, 0);
     for _ in 0..600 {
         let outward = dice.direction();
-        let Some(start) = surface(&exact(1e-4), &shell, &Ray { origin: center + outward * 0.8, direction: -outward }) else {
+        let Some(start) = surface(&exact(1e-4), &shell, &Ray::new(center + outward * 0.8, -outward)) else {
             panic!("the ball is closed");
         };
         let normal = shell.surface(&start).normal;
@@ -222,10 +222,10 @@ fn nothing_leaks_from_a_closed_room() {
         let hole = at + dice.point(1.5);
         let rs = 0.3 * dice.unit() * dice.unit();
         let closed = world(surfaces, hole, rs);
-        let tracers: [&dyn Integrator; 3] = [&exact(1e-3), &adaptive(1e-3), &Rk4 { step: 0.1, max_steps: 10_000 }];
+        let tracers: [&dyn Integrator; 3] = [&exact(1e-3), &adaptive(1e-3), &Rk4::new(0.1, 10_000)];
         let tracer = tracers[case % 3];
         for _ in 0..20 {
-            let mut ray = Ray { origin: at + half * 0.99 * dice.point(1.0), direction: dice.direction() };
+            let mut ray = Ray::new(at + half * 0.99 * dice.point(1.0), dice.direction());
             for _ in 0..6 {
                 let mut log = TraceLog::default();
                 let hit = match tracer.trace(&closed, &ray, &mut log) {

@@ -44,7 +44,7 @@ fn random_ray(dice: &mut Dice, world: &World, at: DVec3, scale: f64) -> Ray {
             let towards = dice.unit() < 0.3;
             let spread = dice.unit() * 4.0 * hole.rs / (origin - hole.center).length();
             let aimed = (to_hole + dice.direction() * spread).normalize();
-            return Ray { origin, direction: if towards { aimed } else { dice.direction() } };
+            return Ray::new(origin, if towards { aimed } else { dice.direction() });
         }
     }
 }
@@ -84,10 +84,10 @@ fn all_curved_integrators_agree_but_for_rays_that_pass_an_edge_within_the_tolera
         let world = random_world(&mut dice, at, scale);
         let hole = world.hole.unwrap();
         let tolerance = 1e-4 * scale;
-        let exact = Exact { tolerance: Tolerance::Absolute(tolerance), max_steps: 4000 };
-        let adaptive = Adaptive { tolerance: Tolerance::Absolute(tolerance), max_steps: 4000 };
+        let exact = Exact::new(Tolerance::Absolute(tolerance), 4000);
+        let adaptive = Adaptive::new(Tolerance::Absolute(tolerance), 4000);
         // Chords of the same tolerance; its orbits are better than that.
-        let rk4 = Rk4 { step: (16.0 / 3.0 * tolerance / hole.rs).sqrt().min(0.02), max_steps: 1_000_000 };
+        let rk4 = Rk4::new((16.0 / 3.0 * tolerance / hole.rs).sqrt().min(0.02), 1_000_000);
         for _ in 0..40 {
             let ray = random_ray(&mut dice, &world, at, scale);
             let truth = trace(&exact, &world, &ray);
@@ -137,11 +137,11 @@ fn all_regimes_of_the_reference_orbits_end_in_a_world_with_surfaces() {
         let surfaces = vec![room(DVec3::splat(-size), DVec3::splat(size)), ball(DVec3::new(0.3, 0.2, 0.1) * size, 0.2 * size)];
         let world = world(surfaces, DVec3::ZERO, rs);
         // cot(alpha) = -u'/u.
-        let ray = Ray { origin: DVec3::X * r0, direction: DVec3::new(-du0, u0, 0.0).normalize() };
+        let ray = Ray::new(DVec3::X * r0, DVec3::new(-du0, u0, 0.0).normalize());
         let tolerance = Tolerance::DEFAULT;
-        let truth = trace(&Exact { tolerance, max_steps: 4000 }, &world, &ray);
-        let found = trace(&Adaptive { tolerance, max_steps: 4000 }, &world, &ray);
-        let by_steps = trace(&Rk4 { step: 0.05, max_steps: 4000 }, &world, &ray);
+        let truth = trace(&Exact::new(tolerance, 4000), &world, &ray);
+        let found = trace(&Adaptive::new(tolerance, 4000), &world, &ray);
+        let by_steps = trace(&Rk4::new(0.05, 4000), &world, &ray);
         // Through the ray's direction, the orbit's numbers are rounded once more: that decides where it is critical to 1e-9.
         if !line.starts_with("critical") && !line.starts_with("photon") {
             assert_eq!(outcome(&truth), outcome(&found), "{line}");
@@ -155,10 +155,10 @@ fn odd_rays_end_too() {
     let world = world(vec![room(DVec3::splat(-1.0), DVec3::splat(1.0))], DVec3::ZERO, 0.2);
     let (inside, nan) = (DVec3::X * 0.1, DVec3::NAN);
     let tolerance = Tolerance::DEFAULT;
-    let tracers: [&dyn Integrator; 3] =
-        [&Exact { tolerance, max_steps: 1000 }, &Adaptive { tolerance, max_steps: 1000 }, &Rk4 { step: 0.1, max_steps: 1000 }];
+    let tracers: [&dyn Integrator; 3] = [&Exact::new(tolerance, 1000), &Adaptive::new(tolerance, 1000), &Rk4::new(0.1, 1000)];
     for tracer in tracers {
-        let trace = |origin: DVec3, direction: DVec3| tracer.trace(&world, &Ray { origin, direction }, &mut TraceLog::default());
+        let trace =
+            |origin: DVec3, direction: DVec3| tracer.trace(&world, &Ray::new(origin, direction), &mut TraceLog::default());
         assert_eq!(trace(inside, DVec3::X), Arrival::Hole);
         assert_eq!(trace(DVec3::X * 0.2, DVec3::X), Arrival::Hole);
         assert_eq!(trace(DVec3::ZERO, DVec3::X), Arrival::Hole);
@@ -176,14 +176,10 @@ fn a_hole_without_size_is_none() {
     let world = random_world(&mut dice, DVec3::ZERO, 1.0);
     let flat = World { hole: world.hole.map(|h| bhs_core::blackhole::BlackHole { rs: 0.0, ..h }), ..world };
     for _ in 0..200 {
-        let ray = Ray { origin: dice.point(1.0), direction: dice.direction() };
+        let ray = Ray::new(dice.point(1.0), dice.direction());
         let straight = Straight.trace(&flat, &ray, &mut TraceLog::default());
         let tolerance = Tolerance::DEFAULT;
-        let tracers: [&dyn Integrator; 3] = [
-            &Exact { tolerance, max_steps: 1000 },
-            &Adaptive { tolerance, max_steps: 1000 },
-            &Rk4 { step: 0.1, max_steps: 1000 },
-        ];
+        let tracers: [&dyn Integrator; 3] = [&Exact::new(tolerance, 1000), &Adaptive::new(tolerance, 1000), &Rk4::new(0.1, 1000)];
         for tracer in tracers {
             let mut log = TraceLog::default();
             assert_eq!(tracer.trace(&flat, &ray, &mut log), straight);
@@ -198,10 +194,10 @@ fn a_tiny_hole_changes_nothing_visible() {
     let world = random_world(&mut dice, DVec3::ZERO, 1.0);
     let tiny = World { hole: world.hole.map(|h| bhs_core::blackhole::BlackHole { rs: 1e-12, ..h }), ..world };
     for _ in 0..500 {
-        let ray = Ray { origin: dice.point(1.0), direction: dice.direction() };
+        let ray = Ray::new(dice.point(1.0), dice.direction());
         let straight = Straight.trace(&tiny, &ray, &mut TraceLog::default());
         let tolerance = Tolerance::DEFAULT;
-        for tracer in [&Exact { tolerance, max_steps: 1000 } as &dyn Integrator, &Adaptive { tolerance, max_steps: 1000 }] {
+        for tracer in [&Exact::new(tolerance, 1000) as &dyn Integrator, &Adaptive::new(tolerance, 1000)] {
             let mut log = TraceLog::default();
             let curved = tracer.trace(&tiny, &ray, &mut log);
             assert_eq!(outcome(&straight), outcome(&curved));

@@ -16,11 +16,10 @@
 //! ```
 
 use crate::{mean, scale};
-use bhs_core::light::AreaLight;
+use bhs_core::light::{AreaLight, Emission};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
-use glam::Vec2;
+use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
 use std::f32::consts::PI;
 use std::sync::Arc;
 
@@ -42,9 +41,9 @@ struct Diffuse {
 }
 
 impl AreaLight for Diffuse {
-    fn radiance(&self, _: Vec2, cos_theta: f32, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
-        if cos_theta > 0.0 || (self.two_sided && cos_theta < 0.0) {
-            self.radiance.sample(lambda_nm) * self.scale
+    fn radiance(&self, at: &Emission) -> SampledSpectrum {
+        if at.cos_theta > 0.0 || (self.two_sided && at.cos_theta < 0.0) {
+            self.radiance.sample_at(at.lambda_nm, at.lapse) * self.scale
         } else {
             SampledSpectrum::ZERO
         }

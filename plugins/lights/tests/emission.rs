@@ -1,7 +1,7 @@
 //! The lights emit what their parameters say: radiance, sides, scale and exitance.
 
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
-use bhs_core::light::{AreaLight, Light};
+use bhs_core::light::{AreaLight, Emission, Light};
 use bhs_core::params::{Context, Files, Params, SpectrumSource};
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
@@ -33,6 +33,10 @@ impl SpectrumSource for Ramps {
             _ => Err(vec![Diagnostic::error("test", "not a number")]),
         }
     }
+}
+
+fn at(cos_theta: f32, lambda_nm: [f32; 4]) -> Emission {
+    Emission { uv: Vec2::ZERO, cos_theta, lambda_nm, lapse: 1.0 }
 }
 
 struct NoFiles;
@@ -85,16 +89,16 @@ const LAMBDA: [f32; 4] = [400.0, 500.0, 600.0, 700.0];
 #[test]
 fn by_default_one_side_emits_one() {
     let light = area(&[]);
-    assert_eq!(light.radiance(Vec2::ZERO, 0.3, LAMBDA), SampledSpectrum::ONE);
-    assert_eq!(light.radiance(Vec2::ZERO, -0.3, LAMBDA), SampledSpectrum::ZERO);
-    assert_eq!(light.radiance(Vec2::ZERO, 0.0, LAMBDA), SampledSpectrum::ZERO);
+    assert_eq!(light.radiance(&at(0.3, LAMBDA)), SampledSpectrum::ONE);
+    assert_eq!(light.radiance(&at(-0.3, LAMBDA)), SampledSpectrum::ZERO);
+    assert_eq!(light.radiance(&at(0.0, LAMBDA)), SampledSpectrum::ZERO);
     assert!((light.exitance(360.0, 830.0) / PI - 1.0).abs() < 1e-6);
 }
 
 #[test]
 fn two_sides_emit_twice_as_much() {
     let two = area(&[param(ParamType::Bool, "twosided", Values::Bools(vec![true]))]);
-    assert_eq!(two.radiance(Vec2::ZERO, -0.3, LAMBDA), SampledSpectrum::ONE);
+    assert_eq!(two.radiance(&at(-0.3, LAMBDA)), SampledSpectrum::ONE);
     assert_eq!(two.exitance(400.0, 700.0), 2.0 * area(&[]).exitance(400.0, 700.0));
 }
 
@@ -103,7 +107,7 @@ fn spectrum_and_scale_multiply() {
     let params = [number(ParamType::Spectrum, "L", 3.0), number(ParamType::Float, "scale", 2.0)];
     let expected = SampledSpectrum([4.8, 6.0, 7.2, 8.4]);
     let near = |s: SampledSpectrum| (s - expected).map(f32::abs).max() < 1e-5;
-    assert!(near(area(&params).radiance(Vec2::ONE, 1.0, LAMBDA)));
+    assert!(near(area(&params).radiance(&at(1.0, LAMBDA))));
     assert!(near(sky(&params).sky_radiance(DVec3::Y, LAMBDA)));
     // The mean of a ramp is its value in the middle.
     assert!((area(&params).exitance(400.0, 700.0) / (PI * 6.6) - 1.0).abs() < 1e-5);
@@ -118,7 +122,7 @@ fn the_exitance_is_the_integral_of_the_radiance() {
     let mut sum = 0.0;
     for i in 0..n {
         let c = -1.0 + 2.0 * (i as f32 + 0.5) / n as f32;
-        sum += light.radiance(Vec2::ZERO, c, [550.0; 4])[0] * c.abs() * 2.0 / n as f32;
+        sum += light.radiance(&at(c, [550.0; 4]))[0] * c.abs() * 2.0 / n as f32;
     }
     assert!((2.0 * PI * sum / light.exitance(550.0, 550.0) - 1.0).abs() < 1e-4);
 }

@@ -56,13 +56,17 @@ impl LightTransport for Hemisphere {
                 }
                 Arrival::Hole | Arrival::OutOfSteps => break,
             };
-            let Some(vertex) = scene.vertex(hit, lambda) else { break };
+            let Some(vertex) = scene.vertex(hit, lambda) else {
+                log.counters.inside_horizon += 1;
+                break;
+            };
             radiance += throughput * vertex.emitted();
             if depth == self.max_depth {
                 break;
             }
             let (choice, u) = (stream.next_1d(), stream.next_2d());
-            let wi = if vertex.material.is_specular() {
+            let specular = vertex.material.is_specular();
+            let wi = if specular {
                 let Some(sample) = vertex.material.sample(&vertex.shading, vertex.wo, choice, u) else { break };
                 throughput *= sample.weight;
                 sample.wi
@@ -75,7 +79,8 @@ impl LightTransport for Hemisphere {
             if throughput.is_zero() || !vertex.is_consistent(wi) {
                 break;
             }
-            ray = vertex.spawn(&scene.world, wi);
+            let footprint = if specular { ray.footprint } else { scene.footprints.rough };
+            ray = vertex.spawn(&scene.world, wi, footprint);
         }
         radiance
     }

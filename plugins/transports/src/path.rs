@@ -1,14 +1,20 @@
-//! `path`: path tracing with light sampling wherever the integrator can join two points.
+//! `path`: path tracing with light sampling along the geodesics that join a surface and a lamp.
 //!
-//! Directions follow the material (BSDF sampling); paths end by Russian roulette once they carry little. Where the integrator
-//! offers connections, every rough surface also samples a point of a lamp, and both techniques are weighted by multiple
-//! importance sampling (balance heuristic; Veach and Guibas 1995). A point drawn with density p per chart area is one drawn
-//! with density `p spread / |cos theta_y|` per chart solid angle, whatever way the light travels in between.
+//! Directions follow the material (BSDF sampling); paths end by Russian roulette once they carry little. At every rough surface
+//! also a point of a lamp is drawn, and all geodesics that the integrator finds to it are followed: in flat space one, around a
+//! hole the direct one and the one that goes round the other side (and more, if the integrator is asked for them). Both techniques
+//! are weighted by multiple importance sampling (balance heuristic; Veach and Guibas 1995). A point drawn with density p per
+//! chart area is one drawn with density `p spread / |cos theta_y|` per chart solid angle, whatever way the light travels in between.
+//!
+//! What stands in the way of a geodesic costs most to find out, and the light that went round the hole is mostly faint: of the
+//! geodesics to one point, one that carries less than a share [`FAINT`] of all is looked along with a probability in
+//! proportion to what it carries, and counts the more. That changes no mean.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `maxdepth` | integer | 5 | bounces | longest path |
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
+//! | `lightsampling` | bool | true | | whether lamps are aimed at; if not, they are found by chance alone |
 //!
 //! ```bhs
 //! LightTransport "path" "integer maxdepth" 8
@@ -16,13 +22,15 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Ray};
+use bhs_core::integrator::{Arrival, Connection, Connections, Ray};
+use bhs_core::light_sampling::LightSample;
 use bhs_core::params::Params;
 use bhs_core::sampling::{SampleStream, balance_heuristic};
-use bhs_core::scene::{Scene, Vertex, radiance_shift};
+use bhs_core::scene::{Scene, Vertex};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use bhs_core::transport::LightTransport;
+use glam::DVec3;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn LightTransport> =
@@ -31,21 +39,37 @@ pub const PLUGIN: Plugin<dyn LightTransport> =
 struct Path {
     max_depth: u32,
     roulette_depth: u32,
+    light_sampling: bool,
 }
 
 fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
     let max_depth = p.get_in("maxdepth", 5, 0..=1_000_000, "bounces", "longest path") as u32;
     let roulette_depth =
         p.get_in("rrdepth", 3, 0..=1_000_000, "bounces", "first bounce at which a path may end by roulette") as u32;
-    Some(Box::new(Path { max_depth, roulette_depth }))
+    let light_sampling = p.get("lightsampling", true, "", "whether lamps are aimed at; if not, they are found by chance alone");
+    Some(Box::new(Path { max_depth, roulette_depth, light_sampling }))
 }
+
+/// Share of the light of all geodesics to one point below which one of them is left to chance.
+const FAINT: f32 = 0.05;
 
 /// How the ray under way was chosen: what a lamp that it finds is weighted against.
 struct Chosen {
+    /// Where it left: the point of the surface itself.
+    from: DVec3,
     /// Density of its direction per local solid angle.
     pdf: f32,
     /// Local over chart solid angle where it left.
     solid_angle_factor: f64,
+}
+
+impl Chosen {
+    /// The weight of this technique for the emission that `ray` has found at `vertex` after sweeping `phi`.
+    fn weight(&self, scene: &Scene, connections: &dyn Connections, ray: &Ray, vertex: &Vertex, phi: f64) -> f32 {
+        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, vertex.hit.point, phi) else { return 1.0 };
+        let per_area = spread / vertex.hit.direction.dot(vertex.normal).abs();
+        balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
+    }
 }
 
 impl LightTransport for Path {
@@ -57,7 +81,8 @@ impl LightTransport for Path {
         stream: &mut SampleStream,
         log: &mut TraceLog,
     ) -> SampledSpectrum {
-        let connections = scene.integrator.connections().filter(|_| !scene.emitters.is_empty());
+        let aims = self.light_sampling && scene.light_choice.total() > 0.0;
+        let connections = scene.integrator.connections().filter(|_| aims);
         let mut radiance = SampledSpectrum::ZERO;
         let mut throughput = SampledSpectrum::ONE;
         // `None` after the camera and after specular bounces: nothing but chance finds lamps there.
@@ -71,16 +96,15 @@ impl LightTransport for Path {
                 }
                 Arrival::Hole | Arrival::OutOfSteps => break,
             };
-            let Some(vertex) = scene.vertex(hit, lambda) else { break };
+            let Some(vertex) = scene.vertex(hit, lambda) else {
+                log.counters.inside_horizon += 1;
+                break;
+            };
 
             // ---- Emission found by the ray
             if vertex.emitter.is_some() {
                 let weight = match (connections, &chosen) {
-                    (Some(c), Some(chosen)) => {
-                        let spread = c.spread(&scene.world, &ray, &hit) / hit.direction.dot(vertex.normal).abs();
-                        let light = scene.light_pdf(&vertex) * spread / chosen.solid_angle_factor;
-                        balance_heuristic(chosen.pdf, light as f32)
-                    }
+                    (Some(c), Some(chosen)) => chosen.weight(scene, c, &ray, &vertex, log.phi),
                     _ => 1.0,
                 };
                 radiance += throughput * vertex.emitted() * weight;
@@ -90,9 +114,8 @@ impl LightTransport for Path {
             }
 
             // ---- Emission found by sampling a lamp
-            let specular = vertex.material.is_specular();
             if let Some(c) = connections
-                && !specular
+                && !vertex.material.is_specular()
             {
                 radiance += throughput * sample_light(scene, c, &vertex, lambda, stream, log);
             }
@@ -105,9 +128,13 @@ impl LightTransport for Path {
             if throughput.is_zero() || !vertex.is_consistent(sample.wi) {
                 break;
             }
-            ray = vertex.spawn(&scene.world, sample.wi);
-            chosen = (!sample.specular)
-                .then(|| Chosen { pdf: sample.pdf, solid_angle_factor: vertex.observer.frame.solid_angle_factor(ray.direction) });
+            let footprint = if sample.specular { ray.footprint } else { scene.footprints.rough };
+            ray = vertex.spawn(&scene.world, sample.wi, footprint);
+            chosen = (!sample.specular).then(|| Chosen {
+                from: vertex.hit.point,
+                pdf: sample.pdf,
+                solid_angle_factor: vertex.observer.frame.solid_angle_factor(ray.direction),
+            });
 
             // ---- Russian roulette
             if depth >= self.roulette_depth {
@@ -122,7 +149,7 @@ impl LightTransport for Path {
     }
 }
 
-/// The light of one point of one lamp that arrives at `vertex` and is scattered back along the path, per image of the lamp.
+/// The light of one point of one lamp that arrives at `vertex` along all geodesics, scattered back along the path.
 fn sample_light(
     scene: &Scene,
     connections: &dyn Connections,
@@ -132,32 +159,48 @@ fn sample_light(
     log: &mut TraceLog,
 ) -> SampledSpectrum {
     let mut sum = SampledSpectrum::ZERO;
-    let Some(light) = scene.sample_light(stream.next_1d(), stream.next_2d()) else { return sum };
-    let Some(observer) = scene.integrator.observer(&scene.world, light.point) else { return sum };
-    let local_normal = observer.frame.local_normal(light.normal);
-    for image in 0..connections.images() {
-        log.counters.connections += 1;
-        let Some(c) = connections.connect(&scene.world, vertex.hit.point, light.point, image) else { continue };
-        let wi = vertex.shading_direction(c.launch);
-        let scattered = vertex.material.evaluate(&vertex.shading, vertex.wo, wi);
-        if scattered.is_zero() || !vertex.is_consistent(wi) {
-            continue;
-        }
-        let shift = scene.shift(&observer);
-        let cos_emitter = local_normal.dot(-observer.frame.local_direction(c.arrival)) as f32;
-        let emitter = &scene.emitters[light.emitter as usize];
-        let emitted = emitter.light.radiance(light.uv, cos_emitter, lambda.at(shift as f32)) * radiance_shift(shift);
-        let cos_chart = c.arrival.dot(light.normal).abs();
-        if emitted.is_zero() || cos_chart == 0.0 {
-            continue;
-        }
-        let factor = vertex.observer.frame.solid_angle_factor(c.launch);
-        let pdf_light = (light.pdf * c.spread / (cos_chart * factor)) as f32;
-        let weight = balance_heuristic(pdf_light, vertex.material.pdf(&vertex.shading, vertex.wo, wi));
-        let start = scene.world.spawn(&vertex.hit, vertex.normal, c.launch);
-        if pdf_light > 0.0 && connections.visible(&scene.world, &start, light.point, &c, log) {
-            sum += scattered * emitted * (weight / pdf_light);
+    let (choice, u) = (stream.next_1d(), stream.next_2d());
+    let spare = stream.next_1d();
+    let Some(light) = scene.sample_light(choice, u) else { return sum };
+    let from = vertex.hit.point;
+    for turn in 0..connections.turns() {
+        let pair = connections.connect(&scene.world, from, light.point, turn);
+        let pair = pair.map(|c| c.map(|c| (c, carried(scene, vertex, &light, &c, lambda))));
+        let all: f32 = pair.iter().flatten().map(|(_, light)| light.max()).sum();
+        for (c, light_carried) in pair.iter().flatten() {
+            log.counters.connections += 1;
+            let share = light_carried.max() / all;
+            let looked_at = (share / FAINT).min(1.0);
+            // Of the two, at most one is faint: one number will do.
+            if light_carried.is_zero() || spare >= looked_at {
+                continue;
+            }
+            log.counters.connections_searched += 1;
+            let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, c.launch) };
+            if connections.visible(&scene.world, &start, from, light.point, c, log) {
+                sum += *light_carried * (1.0 / looked_at);
+            } else {
+                log.counters.connections_blocked += 1;
+            }
         }
     }
     sum
+}
+
+/// What the light sample sends back along the path by the geodesic `c`, weighted against BSDF sampling, if nothing stands in its way.
+fn carried(scene: &Scene, vertex: &Vertex, light: &LightSample, c: &Connection, lambda: &SampledWavelengths) -> SampledSpectrum {
+    let wi = vertex.shading_direction(c.launch);
+    let scattered = vertex.material.evaluate(&vertex.shading, vertex.wo, wi);
+    if scattered.is_zero() || !vertex.is_consistent(wi) {
+        return SampledSpectrum::ZERO;
+    }
+    let arriving = scene.arriving(light, c, &vertex.observer, lambda);
+    let density = arriving.density as f32;
+    // Zero where light of a whole circle of directions meets in the point (a lamp exactly behind the hole): of a surface, the points
+    // that are so have no area.
+    if arriving.emitted.is_zero() || !(density > 0.0 && density.is_finite()) {
+        return SampledSpectrum::ZERO;
+    }
+    let against = if arriving.is_point { 0.0 } else { vertex.material.pdf(&vertex.shading, vertex.wo, wi) };
+    scattered * arriving.emitted * (1.0 / (density + against))
 }

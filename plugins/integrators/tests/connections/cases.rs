@@ -19,7 +19,7 @@ fn images_of_traced_rays_are_recognized() {
         if on_one_side {
             assert_eq!(image_of(&hole, x, c.launch, y, phi), image, "r1 {r1} r2 {r2} theta {theta}");
         }
-        let spread = spread_of(&hole, x, c.launch, y, phi).unwrap();
+        let spread = spread_of(&hole, x, c.launch, y, phi, MOST_IMAGES).unwrap();
         assert!(
             !on_one_side || (spread / c.spread - 1.0).abs() < 1e-7,
             "r1 {r1} r2 {r2} theta {theta} image {image}: {spread} {}",
@@ -27,7 +27,7 @@ fn images_of_traced_rays_are_recognized() {
         );
     }
     let (x, y) = (hole.center + DVec3::X, hole.center + DVec3::new(1.0, 1.0, 0.0));
-    assert_eq!(spread_of(&hole, x, DVec3::NEG_X, y, 30.0), None);
+    assert_eq!(spread_of(&hole, x, DVec3::NEG_X, y, 30.0, MOST_IMAGES), None);
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn one_image_and_the_pair_agree() {
     for _ in 0..20_000 {
         let (r1, r2, theta) = (hole.rs * random.radius(), hole.rs * random.radius(), random.angle());
         let (x, y) = pair(&mut random, hole.center, r1, r2, theta);
-        for (image, c) in connect_pair(&hole, x, y).into_iter().enumerate() {
+        for (image, c) in connect_pair(&hole, x, y, 0).into_iter().enumerate() {
             let (c, one) = (c.unwrap(), connect(&hole, x, y, image as u32).unwrap());
             let off = (c.launch - one.launch).length().max((c.arrival - one.arrival).length());
             assert!(
@@ -110,7 +110,7 @@ fn antipodes_are_joined_both_ways_round_with_no_spread() {
     let hole = hole(0.5);
     for (r1, r2) in [(1.0, 3.0), (3.0, 3.0), (0.51, 0.52), (1e4, 2.0), (0.75, 0.75)] {
         let (x, y) = (CENTER + DVec3::X * r1, CENTER - DVec3::X * r2);
-        let [a, b] = connect_pair(&hole, x, y).map(|c| c.unwrap());
+        let [a, b] = connect_pair(&hole, x, y, 0).map(|c| c.unwrap());
         assert!(
             a.spread < 1e-11 * (r1 + r2) * (r1 + r2) && b.spread < 1e-11 * (r1 + r2) * (r1 + r2),
             "{} {}",
@@ -157,7 +157,7 @@ fn what_is_not_there_is_none() {
     }
     assert_eq!(connect(&hole, out, out, 0), None);
     assert_eq!(connect(&hole, out, out + DVec3::Z, MOST_IMAGES), None);
-    assert_eq!(connect_pair(&hole, CENTER, out), [None, None]);
+    assert_eq!(connect_pair(&hole, CENTER, out, 0), [None, None]);
     assert_eq!(join(0.5, 0.5, 1.0, 1.0, 0), None);
     assert_eq!(join(0.5, 1.0, 2.0, f64::NAN, 0), None);
 }

@@ -46,7 +46,7 @@ impl Random {
 pub const CENTER: DVec3 = DVec3::new(0.3, -0.2, 0.7);
 
 pub fn hole(rs: f64) -> BlackHole {
-    BlackHole { center: CENTER, rs, redshift: true, frame: FrameConvention::Static }
+    BlackHole { center: CENTER, rs, redshift: true, radiance_shift: true, frame: FrameConvention::Static }
 }
 
 /// Two points at the given distances from the hole, `theta` apart, in a random plane.

@@ -1,0 +1,156 @@
+//! Light sampling: points of the lights, chosen by power, and what arrives from them along a geodesic.
+
+use crate::blackhole::Observer;
+use crate::geometry::{Geometry, sample_triangle};
+use crate::integrator::Connection;
+use crate::light::{AreaLight, Emission};
+use crate::sampling::Discrete;
+use crate::scene::{Scene, Vertex};
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use glam::{DVec3, Vec2};
+use std::sync::Arc;
+
+/// A surface that emits.
+pub struct Emitter {
+    /// Index of the geometry.
+    pub geometry: u32,
+    /// What it emits.
+    pub light: Arc<dyn AreaLight>,
+    /// Choice of a triangle by chart area; empty for an analytic surface.
+    pub triangles: Discrete,
+}
+
+impl Emitter {
+    /// The emission `light` of `geometry`, which is number `index`.
+    pub fn new(index: u32, geometry: &Geometry, light: Arc<dyn AreaLight>) -> Self {
+        let triangles = match geometry {
+            Geometry::Mesh(mesh) => Discrete::new((0..mesh.triangles.len() as u32).map(|t| mesh.triangle_area(t))),
+            Geometry::Analytic(_) => Discrete::default(),
+        };
+        Self { geometry: index, light, triangles }
+    }
+
+    /// Area of the surface, chart measure.
+    pub fn area(&self, geometry: &Geometry) -> f64 {
+        match geometry {
+            Geometry::Mesh(_) => self.triangles.total(),
+            Geometry::Analytic(surface) => surface.area(),
+        }
+    }
+}
+
+/// What a light sample is a point of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightSource {
+    /// A surface that emits.
+    Surface {
+        /// Index in [`Scene::emitters`].
+        emitter: u32,
+        /// Outer unit normal, chart.
+        normal: DVec3,
+        /// Texture coordinates.
+        uv: Vec2,
+    },
+    /// A light that shines from a point.
+    Point {
+        /// Index in [`Scene::lights`].
+        light: u32,
+    },
+}
+
+/// A point of a light drawn for light sampling.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSample {
+    /// What it is a point of.
+    pub source: LightSource,
+    /// The point, render space.
+    pub point: DVec3,
+    /// Density with respect to chart area, choice of the light included; of a point light, the probability of its choice.
+    pub pdf: f64,
+    /// The observer there.
+    pub observer: Observer,
+}
+
+/// What arrives from a light sample along one geodesic.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arriving {
+    /// Radiance, or intensity of a point light, as the camera receives it if all of it is passed on.
+    pub emitted: SampledSpectrum,
+    /// What that is divided by: the density of the sample per local solid angle of the receiver; for a point light, the area across the
+    /// bundle at the light per that solid angle (both in local frames), times the probability of the choice.
+    pub density: f64,
+    /// Whether light sampling alone can find the light.
+    pub is_point: bool,
+}
+
+impl Scene {
+    /// Draws a point of a light: the light by power, the point by chart area. `None` if there is no light to aim at, or if
+    /// nobody can stand at the point.
+    pub fn sample_light(&self, choice: f32, u: Vec2) -> Option<LightSample> {
+        let (index, rest) = self.light_choice.sample(choice)?;
+        let chosen = self.light_choice.probability(index);
+        let (source, point, pdf) = match self.emitters.get(index) {
+            None => {
+                let light = index - self.emitters.len();
+                (LightSource::Point { light: light as u32 }, self.lights[light].position()?, chosen)
+            }
+            Some(emitter) => {
+                let (point, pdf, s) = match &self.world.geometries[emitter.geometry as usize] {
+                    Geometry::Mesh(mesh) => {
+                        let (triangle, _) = emitter.triangles.sample(rest)?;
+                        let (point, b) = sample_triangle(mesh, triangle as u32, u);
+                        let s = mesh.surface(triangle as u32, b);
+                        (point, chosen / emitter.triangles.total(), (s.normal, s.uv))
+                    }
+                    Geometry::Analytic(surface) => {
+                        let s = surface.sample(u);
+                        (s.point, chosen * s.pdf, (s.normal, s.uv))
+                    }
+                };
+                (LightSource::Surface { emitter: index as u32, normal: s.0, uv: s.1 }, point, pdf)
+            }
+        };
+        let observer = self.integrator.observer(&self.world, point)?;
+        Some(LightSample { source, point, pdf, observer })
+    }
+
+    /// The density with which [`Scene::sample_light`] draws the surface point of `vertex`, with respect to chart area.
+    pub fn light_pdf(&self, vertex: &Vertex) -> f64 {
+        let Some(index) = self.shapes[vertex.hit.geometry as usize].emitter else { return 0.0 };
+        let emitter = &self.emitters[index as usize];
+        let within = match &self.world.geometries[emitter.geometry as usize] {
+            Geometry::Mesh(_) => 1.0 / emitter.triangles.total(),
+            Geometry::Analytic(surface) => surface.pdf(vertex.hit.point),
+        };
+        self.light_choice.probability(index as usize) * within
+    }
+
+    /// What arrives at `receiver` from `sample` along `connection`, which leads from the receiver to the light.
+    pub fn arriving(
+        &self,
+        sample: &LightSample,
+        connection: &Connection,
+        receiver: &Observer,
+        lambda: &SampledWavelengths,
+    ) -> Arriving {
+        let shift = self.shift(&sample.observer);
+        let (lambda_nm, factor) = (lambda.at(shift as f32), self.radiance_factor(shift));
+        let frame = &sample.observer.frame;
+        let leaving = -frame.local_direction(connection.arrival);
+        let per_solid_angle = sample.pdf * connection.spread / receiver.frame.solid_angle_factor(connection.launch);
+        match sample.source {
+            LightSource::Surface { emitter, normal, uv } => {
+                let cos_theta = frame.local_normal(normal).dot(leaving) as f32;
+                let at = Emission { uv, cos_theta, lambda_nm, lapse: sample.observer.lapse as f32 };
+                let emitted = self.emitters[emitter as usize].light.radiance(&at) * factor;
+                let density = per_solid_angle / connection.arrival.dot(normal).abs();
+                Arriving { emitted, density, is_point: false }
+            }
+            LightSource::Point { light } => {
+                let emitted = self.lights[light as usize].intensity(leaving, lambda_nm) * factor;
+                let density = per_solid_angle * frame.bundle_area_factor(connection.arrival);
+                Arriving { emitted, density, is_point: true }
+            }
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Light sampling around the hole: what all curved integrators offer for it.
+//!
+//! The geodesics between two points come in closed form (`connect.rs`), whatever integrator follows the rays; what stands in
+//! their way is found by the same chords as for any ray, along the closed form of the orbit.
+
+use crate::chords::{Chords, chord_angle};
+use crate::closed_form::{ClosedForm, ExactOrbit};
+use crate::connect::{MOST_IMAGES, connect_pair, spread_of};
+use crate::flight::Tolerance;
+use crate::orbit::{Dense, Fate, OrbitPlane, Stepper};
+use crate::straight::Straight;
+use bhs_core::blackhole::BlackHole;
+use bhs_core::integrator::{ConnectionPair, Connections, Ray};
+use bhs_core::params::Params;
+use bhs_core::stats::TraceLog;
+use bhs_core::world::World;
+use glam::DVec3;
+
+/// How long the chords along a connection may be.
+#[derive(Clone, Copy, Debug)]
+pub enum Chord {
+    /// An angle (rad).
+    Angle(f64),
+    /// As long as the ray strays from them by no more than this.
+    Tolerance(Tolerance),
+}
+
+/// Geodesics between two points around a hole.
+#[derive(Clone, Copy, Debug)]
+pub struct Joined {
+    /// Pairs of geodesics that light sampling looks for: 1 plus the greatest number of whole turns around the hole.
+    pub turns: u32,
+    /// The chords that look for what stands in the way.
+    pub chord: Chord,
+}
+
+/// How close to the end a connection may meet a surface without being blocked by it, relative to the coordinates there: the
+/// surface at the end must not shadow itself.
+const SHADOW_END: f64 = 64.0 * f32::EPSILON as f64;
+
+/// The parameter `windings`, plus 1.
+pub fn read_turns(p: &Params) -> u32 {
+    let most = i64::from(MOST_IMAGES / 2 - 1);
+    let windings = p.get_in("windings", 0, 0..=most, "", "whole turns around the hole of the longest light that is sampled");
+    windings as u32 + 1
+}
+
+fn hole(world: &World) -> Option<&BlackHole> {
+    world.hole.as_ref().filter(|h| h.rs > 0.0)
+}
+
+impl Connections for Joined {
+    fn turns(&self) -> u32 {
+        self.turns
+    }
+
+    fn connect(&self, world: &World, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair {
+        match hole(world) {
+            Some(hole) => connect_pair(hole, x, y, turn),
+            None => Straight.connect(world, x, y, turn),
+        }
+    }
+
+    fn spread(&self, world: &World, x: DVec3, launch: DVec3, y: DVec3, phi: f64) -> Option<f64> {
+        match hole(world) {
+            Some(hole) => spread_of(hole, x, launch, y, phi, 2 * self.turns),
+            None => Straight.spread(world, x, launch, y, phi),
+        }
+    }
+
+    fn visible(
+        &self,
+        world: &World,
+        start: &Ray,
+        x: DVec3,
+        y: DVec3,
+        connection: &bhs_core::integrator::Connection,
+        log: &mut TraceLog,
+    ) -> bool {
+        let Some(hole) = hole(world).filter(|_| connection.phi > 0.0) else {
+            return Straight.visible(world, start, x, y, connection, log);
+        };
+        let (plane, state) = OrbitPlane::of_ray(hole.center, x, connection.launch);
+        let form = ClosedForm::new(hole.rs, state.u, state.du);
+        let chord = match self.chord {
+            Chord::Angle(angle) => angle,
+            Chord::Tolerance(t) => chord_angle(hole.rs, t.distance(world, start.footprint)),
+        };
+        let mut chords = Chords::new(world, hole, plane, start.origin, &state, chord);
+        let mut orbit = ExactOrbit::new(&form);
+        // The last chord ends just before y: by d phi/d s = sin(beta)/r.
+        let from_center = y - hole.center;
+        let (r, close) = (from_center.length(), SHADOW_END * y.abs().max_element().max(x.abs().max_element()));
+        let sin = connection.arrival.cross(from_center).length() / r;
+        let end = connection.phi - close * sin / r;
+        loop {
+            let (step, fate) = orbit.advance();
+            let done = step.end().phi >= end || fate != Fate::Underway;
+            let step = if step.end().phi > end { step.until(step.at(end)) } else { step };
+            if let Some(hit) = chords.meet(&step, log) {
+                return (hit.point - y).length() <= 4.0 * close;
+            }
+            if done {
+                return true;
+            }
+        }
+    }
+}
