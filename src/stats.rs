@@ -56,7 +56,12 @@ pub fn counters_to_json(c: &Counters) -> Value {
         "steps": c.steps,
         "queries": c.queries,
         "queries_per_geodesic": c.queries as f64 / c.geodesics.max(1) as f64,
-        "connections": c.connections,
+        "connections": {
+            "found": c.connections,
+            "searched": c.connections_searched,
+            "blocked": c.connections_blocked,
+            "queries": c.connection_queries,
+        },
         "fates": {
             "hit": c.hit,
             "escaped": c.escaped,
@@ -64,6 +69,7 @@ pub fn counters_to_json(c: &Counters) -> Value {
             "out_of_steps": c.out_of_steps,
         },
         "skipped": { "chords_outside_bounds": c.chords_skipped },
+        "inside_horizon": c.inside_horizon,
         "samples_not_finite": c.not_finite,
     })
 }

@@ -22,6 +22,8 @@ pub struct Counters {
     pub connections_searched: u64,
     /// Those of them that something stands in the way of.
     pub connections_blocked: u64,
+    /// Questions put to the intersector along them, counted in `queries` too.
+    pub connection_queries: u64,
     /// Paths that ended on a surface within the horizon, where nobody can stand.
     pub inside_horizon: u64,
     /// Rays that ended on a surface.
@@ -46,6 +48,7 @@ impl AddAssign for Counters {
         self.connections += o.connections;
         self.connections_searched += o.connections_searched;
         self.connections_blocked += o.connections_blocked;
+        self.connection_queries += o.connection_queries;
         self.inside_horizon += o.inside_horizon;
         self.hit += o.hit;
         self.escaped += o.escaped;

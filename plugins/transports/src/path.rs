@@ -51,7 +51,7 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
 }
 
 /// Share of the light of all geodesics to one point below which one of them is left to chance.
-const FAINT: f32 = 0.05;
+const FAINT: f32 = 0.5;
 
 /// How the ray under way was chosen: what a lamp that it finds is weighted against.
 struct Chosen {
@@ -177,7 +177,10 @@ fn sample_light(
             }
             log.counters.connections_searched += 1;
             let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, c.launch) };
-            if connections.visible(&scene.world, &start, from, light.point, c, log) {
+            let queries = log.counters.queries;
+            let visible = connections.visible(&scene.world, &start, from, light.point, c, log);
+            log.counters.connection_queries += log.counters.queries - queries;
+            if visible {
                 sum += *light_carried * (1.0 / looked_at);
             } else {
                 log.counters.connections_blocked += 1;
