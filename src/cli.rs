@@ -29,7 +29,7 @@ pub enum Command {
         /// Only this plugin, with its parameter table
         name: Option<String>,
     },
-    /// Follow rays through a scene; one JSON object a ray, in input order
+    /// Follow rays through a scene, or join points by light; one JSON object a line, in input order
     Trace(TraceArgs),
     /// Compare two EXR pictures
     Compare {
@@ -97,8 +97,11 @@ pub struct TraceArgs {
     /// The scene; `-` reads standard input
     pub scene: PathBuf,
     /// Rays, one a line: ox,oy,oz,dx,dy,dz in world coordinates; `-` reads standard input
-    #[arg(long, value_name = "FILE.csv|-")]
-    pub rays: PathBuf,
+    #[arg(long, value_name = "FILE.csv|-", required_unless_present = "connect")]
+    pub rays: Option<PathBuf>,
+    /// Pairs of points, one a line: x1,y1,z1,x2,y2,z2 in world coordinates; prints the light rays that join them
+    #[arg(long, value_name = "FILE.csv|-", conflicts_with_all = ["rays", "path"])]
+    pub connect: Option<PathBuf>,
     /// Also print the points of the polyline that is traced
     #[arg(long)]
     pub path: bool,

@@ -224,19 +224,28 @@ pub fn plugins(kind: Option<&str>, name: Option<&str>) -> Result<ExitStatus> {
 /// # Errors
 /// If the rays cannot be read.
 pub fn trace(args: &TraceArgs) -> Result<ExitStatus> {
-    if args.rays == Path::new("-") && args.scene == Path::new("-") {
-        eprintln!("error: scene and rays cannot both come from standard input");
+    // One of the two is given: the command line sees to it.
+    let Some(input) = args.rays.as_ref().or(args.connect.as_ref()) else { return Ok(ExitStatus::CommandLine) };
+    if input == Path::new("-") && args.scene == Path::new("-") {
+        eprintln!(
+            "error: the scene and its {} cannot both come from standard input",
+            if args.rays.is_some() { "rays" } else { "pairs" }
+        );
         return Ok(ExitStatus::CommandLine);
     }
     let overrides = Overrides { without_camera: true, ..overrides(&args.scene_args) };
     let Some(built) = load(&args.scene, &overrides) else { return Ok(ExitStatus::Fault) };
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-    let name = args.rays.display();
-    if args.rays == Path::new("-") {
-        crate::trace::trace(&built.scene, std::io::stdin().lock(), args.path, &mut out).context("standard input")?;
+    let mut answer = |lines: &mut dyn std::io::BufRead| match args.connect {
+        Some(_) => crate::trace::connect(&built.scene, lines, &mut out),
+        None => crate::trace::trace(&built.scene, lines, args.path, &mut out),
+    };
+    if input == Path::new("-") {
+        answer(&mut std::io::stdin().lock()).context("standard input")?;
     } else {
-        let file = std::fs::File::open(&args.rays).with_context(|| format!("cannot read `{name}`"))?;
-        crate::trace::trace(&built.scene, BufReader::new(file), args.path, &mut out).with_context(|| format!("`{name}`"))?;
+        let name = input.display();
+        let file = std::fs::File::open(input).with_context(|| format!("cannot read `{name}`"))?;
+        answer(&mut BufReader::new(file)).with_context(|| format!("`{name}`"))?;
     }
     Ok(ExitStatus::Done)
 }

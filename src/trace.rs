@@ -1,7 +1,7 @@
-//! `bhs trace`: single rays in, one JSON object a line out, for people and for checks from outside.
+//! `bhs trace`: single rays, or pairs of points to connect, in; one JSON object a line out. For people and for checks from outside.
 
 use anyhow::{Context, Result, bail};
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::integrator::{Arrival, Connections, Ray};
 use bhs_core::scene::Scene;
 use bhs_core::stats::TraceLog;
 use glam::DVec3;
@@ -18,12 +18,32 @@ const BATCH: usize = 4096;
 /// # Errors
 /// If a line cannot be read as a ray (the ones before it are answered), or `out` cannot be written.
 pub fn trace(scene: &Scene, rays: impl BufRead, with_path: bool, out: &mut impl Write) -> Result<()> {
-    let mut lines = rays.lines().enumerate();
+    answer_lines(rays, parse_ray, |ray| answer(scene, ray, with_path), out)
+}
+
+/// Reads pairs of points `x1,y1,z1,x2,y2,z2` (world coordinates) from `pairs`, one a line, and writes the geodesics that lead from the first
+/// to the second, one line of JSON a pair, in input order: those that the scene's integrator samples lights along.
+///
+/// # Errors
+/// As [`trace`]; and if the integrator cannot connect points.
+pub fn connect(scene: &Scene, pairs: impl BufRead, out: &mut impl Write) -> Result<()> {
+    let Some(connections) = scene.integrator.connections() else { bail!("the integrator cannot connect points") };
+    answer_lines(pairs, parse_pair, |pair| connection_answer(scene, connections, pair), out)
+}
+
+/// Reads `lines`, answers them in parallel and writes the answers in their order.
+fn answer_lines<T: Sync + Send>(
+    lines: impl BufRead,
+    parse: impl Fn(&str) -> Result<Option<T>>,
+    answer: impl Fn(&T) -> String + Sync,
+    out: &mut impl Write,
+) -> Result<()> {
+    let mut lines = lines.lines().enumerate();
     loop {
         let mut batch = Vec::with_capacity(BATCH);
         let mut fault = None;
         for (number, line) in lines.by_ref() {
-            let ray = line.context("it is not text").and_then(|l| parse_ray(&l)).with_context(|| format!("line {}", number + 1));
+            let ray = line.context("it is not text").and_then(|l| parse(&l)).with_context(|| format!("line {}", number + 1));
             match ray {
                 Ok(Some(ray)) => batch.push(ray),
                 Ok(None) => {}
@@ -33,7 +53,7 @@ pub fn trace(scene: &Scene, rays: impl BufRead, with_path: bool, out: &mut impl 
                 break;
             }
         }
-        let answers: Vec<String> = batch.par_iter().map(|ray| answer(scene, ray, with_path)).collect();
+        let answers: Vec<String> = batch.par_iter().map(&answer).collect();
         for answer in &answers {
             out.write_all(answer.as_bytes())?;
         }
@@ -46,6 +66,22 @@ pub fn trace(scene: &Scene, rays: impl BufRead, with_path: bool, out: &mut impl 
 }
 
 fn parse_ray(line: &str) -> Result<Option<Ray>> {
+    let Some([origin, direction]) = parse_vectors(line, "ox,oy,oz,dx,dy,dz")? else { return Ok(None) };
+    match direction.try_normalize() {
+        Some(direction) => Ok(Some(Ray::new(origin, direction))),
+        None => bail!("the direction is zero"),
+    }
+}
+
+fn parse_pair(line: &str) -> Result<Option<[DVec3; 2]>> {
+    match parse_vectors(line, "x1,y1,z1,x2,y2,z2")? {
+        Some([x, y]) if x == y => bail!("the two points are the same"),
+        pair => Ok(pair),
+    }
+}
+
+/// Two vectors, written as `form`; `None` in an empty line and in a comment.
+fn parse_vectors(line: &str, form: &str) -> Result<Option<[DVec3; 2]>> {
     let line = line.trim();
     if line.is_empty() || line.starts_with('#') {
         return Ok(None);
@@ -55,15 +91,36 @@ fn parse_ray(line: &str) -> Result<Option<Ray>> {
         .map(|n| n.trim().parse::<f64>().with_context(|| format!("`{}` is not a number", n.trim())))
         .collect::<Result<_>>()?;
     if numbers.len() != 6 {
-        bail!("expected 6 numbers ox,oy,oz,dx,dy,dz, found {}", numbers.len());
+        bail!("expected 6 numbers {form}, found {}", numbers.len());
     }
     if let Some(bad) = numbers.iter().find(|n| !n.is_finite()) {
         bail!("`{bad}` is not finite");
     }
-    match DVec3::from_slice(&numbers[3..]).try_normalize() {
-        Some(direction) => Ok(Some(Ray::new(DVec3::from_slice(&numbers), direction))),
-        None => bail!("the direction is zero"),
+    Ok(Some([DVec3::from_slice(&numbers), DVec3::from_slice(&numbers[3..])]))
+}
+
+/// All connections of a pair, as one JSON object and a line end.
+fn connection_answer(scene: &Scene, connections: &dyn Connections, pair: &[DVec3; 2]) -> String {
+    let [x, y] = pair.map(|p| p - scene.world.origin);
+    let mut json = String::from("{\"connections\":[");
+    for turn in 0..connections.turns() {
+        for (side, c) in connections.connect(&scene.world, x, y, turn).into_iter().enumerate() {
+            let Some(c) = c else { continue };
+            if !json.ends_with('[') {
+                json.push(',');
+            }
+            // From the very points: if they lie on surfaces, those do not block.
+            let start = Ray::new(x, c.launch);
+            let visible = connections.visible(&scene.world, &start, x, y, &c, &mut TraceLog::default());
+            let _ = write!(json, "{{\"image\":{},\"phi\":{:.16e},\"launch\":", 2 * turn as usize + side, c.phi);
+            push_vector(&mut json, c.launch);
+            json += ",\"arrival\":";
+            push_vector(&mut json, c.arrival);
+            let _ = write!(json, ",\"spread\":{:.16e},\"blocked\":{}}}", c.spread, !visible);
+        }
     }
+    json += "]}\n";
+    json
 }
 
 /// One JSON object and a line end. Numbers have 17 significant digits: enough to read the same bits back.

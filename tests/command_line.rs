@@ -275,3 +275,61 @@ fn every_scene_that_readme_shows_has_no_errors() {
         assert!(code == 0 && err.lines().count() == 1, "{name}: {err}");
     }
 }
+
+#[test]
+fn connected_points_are_where_their_rays_lead() {
+    // A wall at z = 3 behind a hole, and a screen that hides one half of it from below.
+    let dir = folder("");
+    write(
+        dir.path(),
+        "scene.bhs",
+        format!(
+            "LookAt 0 0 -5 0 0 0 0 1 0 {SMALL}BlackHole \"schwarzschild\" \"float rs\" 0.1\n\
+            Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-9 -9 3  9 -9 3  9 9 3  -9 9 3]\n\
+            Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-9 -9 2  9 -9 2  9 0.3 2  -9 0.3 2]"
+        ),
+    );
+    let run =
+        |args: &[&str], input: &str| bhs().current_dir(dir.path()).args(args).write_stdin(input).output().expect("bhs starts");
+    let lines = |output: std::process::Output| -> Vec<serde_json::Value> {
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).lines().map(|l| serde_json::from_str(l).expect("JSON")).collect()
+    };
+    let vector = |v: &serde_json::Value| -> Vec<f64> {
+        v.as_array().expect("a vector").iter().map(|x| x.as_f64().expect("a number")).collect()
+    };
+
+    let pairs = "# from the camera to the wall\n0.1,0.2,-5,0.3,0.4,3\n0,0,-5,0,-2,3\n";
+    let answers = lines(run(&["trace", "scene.bhs", "--connect", "-"], pairs));
+    assert_eq!(answers.len(), 2);
+    let images = answers[0]["connections"].as_array().expect("a list");
+    assert_eq!(images.len(), 2);
+    for (image, c) in images.iter().enumerate() {
+        assert_eq!((c["image"].as_u64(), c["blocked"].as_bool()), (Some(image as u64), Some(image == 1)), "{c}");
+        let d = vector(&c["launch"]);
+        // The light that goes round below does not: followed back from the wall, it ends at the screen.
+        let back = vector(&c["arrival"]);
+        let ray = if image == 0 {
+            format!("0.1,0.2,-5,{},{},{}\n", d[0], d[1], d[2])
+        } else {
+            format!("0.3,0.4,3,{},{},{}\n", -back[0], -back[1], -back[2])
+        };
+        let hit = &lines(run(&["trace", "scene.bhs", "--rays", "-", "--integrator", "schwarzschild-exact"], &ray))[0];
+        let point = vector(&hit["point"]);
+        if image == 0 {
+            assert!((point[0] - 0.3).hypot(point[1] - 0.4) < 1e-9 && (point[2] - 3.0).abs() < 1e-9, "{hit}");
+        } else {
+            assert!((point[2] - 2.0).abs() < 1e-9 && point[1] < 0.3, "stopped by the screen: {hit}");
+        }
+    }
+    // Behind the screen.
+    assert_eq!(answers[1]["connections"][0]["blocked"], true);
+
+    for (bad, word) in [("1,2,3,1,2,3", "the same"), ("1,2", "6 numbers")] {
+        let out = run(&["trace", "scene.bhs", "--connect", "-"], bad);
+        assert_eq!(out.status.code(), Some(1));
+        assert!(String::from_utf8_lossy(&out.stderr).contains(word), "{}", String::from_utf8_lossy(&out.stderr));
+    }
+    assert_eq!(run(&["trace", "scene.bhs"], "").status.code(), Some(2));
+    assert_eq!(run(&["trace", "scene.bhs", "--rays", "-", "--connect", "-"], "").status.code(), Some(2));
+}

@@ -34,7 +34,10 @@ pub(super) struct Parts {
     pub materials: Vec<Option<Box<dyn Material>>>,
     pub default_material: Option<Box<dyn Material>>,
     pub area_lights: Vec<Option<Box<dyn AreaLight>>>,
-    pub lights: Vec<Option<Box<dyn Light>>>,
+    /// With the places of their names.
+    pub lights: Vec<(Span, Option<Box<dyn Light>>)>,
+    /// Whether the light transport samples lights.
+    pub aims_at_lights: bool,
     pub shapes: Vec<Part>,
 }
 
@@ -84,6 +87,8 @@ pub(super) fn assemble(
     if let (Some(camera), Some((span, hole)), false) = (&camera, bending_hole, unknown_camera) {
         check_camera(camera.as_ref(), camera_span, span, &hole, found);
     }
+    let world_hole = bending_hole.map(|(span, h)| (span, BlackHole { center: h.center + origin, ..h }));
+    check_points(&parts.lights, parts.aims_at_lights, world_hole, found);
     warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
     if has_errors(found) {
         return None;
@@ -123,10 +128,10 @@ pub(super) fn assemble(
     let lights: Vec<Arc<dyn Light>> = parts
         .lights
         .into_iter()
-        .flatten()
-        .map(|mut light| {
+        .filter_map(|(_, light)| {
+            let mut light = light?;
             light.rebase(origin);
-            Arc::from(light)
+            Some(Arc::from(light))
         })
         .collect();
     let light_choice = Discrete::new(power.chain(lights.iter().map(|l| f64::from(l.power(lo, hi)))));
@@ -275,6 +280,32 @@ fn check_light(geometry: &Geometry, span: Span, hole_span: Span, hole: &BlackHol
     }
 }
 
+/// Lights that shine from a point: not behind the horizon, and only for who aims at them. In world space.
+fn check_points(
+    lights: &[(Span, Option<Box<dyn Light>>)],
+    aims: bool,
+    hole: Option<(Span, BlackHole)>,
+    found: &mut Vec<Diagnostic>,
+) {
+    let points = lights.iter().filter_map(|(span, light)| Some((*span, light.as_ref()?.position()?)));
+    for (span, position) in points {
+        if let Some((hole_span, hole)) = hole.filter(|(_, h)| (position - h.center).length() <= h.rs) {
+            found.push(
+                Diagnostic::error("inside-horizon", "this light lies inside the black hole")
+                    .at(span, format!("{} from its centre", (position - hole.center).length()))
+                    .and(hole_span, format!("radius {}", hole.rs))
+                    .help("move it out, or make `rs` smaller"),
+            );
+        } else if !aims {
+            found.push(
+                Diagnostic::warning("light-not-found", "the light transport does not find this light")
+                    .at(span, "no path meets a point by chance")
+                    .help("use LightTransport \"path\" with light sampling, or a small sphere as a lamp"),
+            );
+        }
+    }
+}
+
 /// Nobody stands at or inside the horizon.
 fn check_camera(camera: &dyn Camera, span: Option<Span>, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
     let r = (camera.position() - hole.center).length();
@@ -290,7 +321,7 @@ fn check_camera(camera: &dyn Camera, span: Option<Span>, hole_span: Span, hole: 
 }
 
 fn warn_dark(
-    lights: &[Option<Box<dyn Light>>],
+    lights: &[(Span, Option<Box<dyn Light>>)],
     area_lights: &[Option<Box<dyn AreaLight>>],
     shapes: &[Part],
     found: &mut Vec<Diagnostic>,

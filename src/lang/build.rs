@@ -118,7 +118,8 @@ pub fn build(
             context,
             &mut found,
         ),
-        lights: create_all::<dyn Light>(description.lights.iter(), registry, context, &mut found),
+        lights: description.lights.iter().map(|e| (e.name.span, create::<dyn Light>(e, registry, context, &mut found))).collect(),
+        aims_at_lights: transport.as_ref().is_none_or(|t| t.samples_lights()),
         shapes: build_shapes(std::mem::take(&mut description.shapes), registry, context, &mut found),
         hole,
     };

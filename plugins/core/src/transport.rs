@@ -17,4 +17,9 @@ pub trait LightTransport: Send + Sync {
         stream: &mut SampleStream,
         log: &mut TraceLog,
     ) -> SampledSpectrum;
+
+    /// Whether it aims at lights: one that does not cannot find a light that shines from a point.
+    fn samples_lights(&self) -> bool {
+        false
+    }
 }

@@ -7,9 +7,10 @@ use bhs_core::spectrum::Spectrum;
 
 mod diffuse;
 mod infinite;
+mod point;
 
 /// Lights that are no surfaces, in alphabetical order.
-pub const ALL: &[Plugin<dyn Light>] = &[infinite::PLUGIN];
+pub const ALL: &[Plugin<dyn Light>] = &[infinite::PLUGIN, point::PLUGIN];
 
 /// Emissions of surfaces, in alphabetical order.
 pub const AREA: &[Plugin<dyn AreaLight>] = &[diffuse::PLUGIN];

@@ -147,6 +147,10 @@ impl LightTransport for Path {
         }
         radiance
     }
+
+    fn samples_lights(&self) -> bool {
+        self.light_sampling
+    }
 }
 
 /// The light of one point of one lamp that arrives at `vertex` along all geodesics, scattered back along the path.

@@ -1,0 +1,61 @@
+//! `point`: a light that shines from a point, equally in all directions.
+//!
+//! The intensity is that which an observer at rest beside it sees. No path meets a point by chance: it is found by light sampling
+//! alone, along every geodesic that joins it with a surface. Without a hole the light falls off with the square of the distance;
+//! near one as the geodesics spread.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `I` | spectrum | 1 | W sr^-1 nm^-1 | spectral intensity |
+//! | `scale` | float | 1 | | multiplies I |
+//! | `from` | point3 | 0 0 0 | scene | where it is, under the current transform |
+//!
+//! ```bhs
+//! WorldBegin
+//! LightSource "point" "spectrum I" 4 "point3 from" [0 2 0]
+//! ```
+
+use crate::{mean, scale};
+use bhs_core::light::Light;
+use bhs_core::params::{Params, Point3};
+use bhs_core::plugin::Plugin;
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
+use glam::DVec3;
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+/// The entry in the list of lights.
+pub const PLUGIN: Plugin<dyn Light> = Plugin { name: "point", summary: "a point that shines equally in all directions", build };
+
+fn build(p: &Params) -> Option<Box<dyn Light>> {
+    let intensity = p.spectrum("I", 1.0, SpectrumRole::Emission, "W sr^-1 nm^-1", "spectral intensity");
+    let scale = scale(p);
+    let from = p.get("from", Point3(DVec3::ZERO), "scene", "where it is, under the current transform");
+    let position = p.context().world_from_object.transform_point3(from.0);
+    Some(Box::new(Point { intensity, scale, position }))
+}
+
+struct Point {
+    intensity: Arc<dyn Spectrum>,
+    scale: f32,
+    /// Render space.
+    position: DVec3,
+}
+
+impl Light for Point {
+    fn position(&self) -> Option<DVec3> {
+        Some(self.position)
+    }
+
+    fn intensity(&self, _: DVec3, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
+        self.intensity.sample(lambda_nm) * self.scale
+    }
+
+    fn power(&self, lo: f32, hi: f32) -> f32 {
+        4.0 * PI * mean(self.intensity.as_ref(), lo, hi) * self.scale
+    }
+
+    fn rebase(&mut self, origin: DVec3) {
+        self.position -= origin;
+    }
+}
