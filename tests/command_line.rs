@@ -312,7 +312,7 @@ fn connected_points_are_where_their_rays_lead() {
         let ray = if image == 0 {
             format!("0.1,0.2,-5,{},{},{}\n", d[0], d[1], d[2])
         } else {
-            format!("0.3,0.4,3,{},{},{}\n", -back[0], -back[1], -back[2])
+            format!("0.3,0.4,2.9999,{},{},{}\n", -back[0], -back[1], -back[2])
         };
         let hit = &lines(run(&["trace", "scene.bhs", "--rays", "-", "--integrator", "schwarzschild-exact"], &ray))[0];
         let point = vector(&hit["point"]);
