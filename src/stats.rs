@@ -68,7 +68,7 @@ pub fn counters_to_json(c: &Counters) -> Value {
             "captured": c.captured,
             "out_of_steps": c.out_of_steps,
         },
-        "skipped": { "chords_outside_bounds": c.chords_skipped },
+        "skipped": { "chords_outside_bounds": c.chords_skipped, "leaps_through_free_space": c.leaps },
         "inside_horizon": c.inside_horizon,
         "samples_not_finite": c.not_finite,
     })

@@ -148,8 +148,7 @@ pub(super) fn assemble(
             return None;
         }
     };
-    let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
-    let world = World { geometries, intersector, bounds, hole: moved_hole.map(|(_, h)| h), origin };
+    let world = World::new(geometries, intersector, moved_hole.map(|(_, h)| h), origin);
     let (camera, integrator) = (camera?, integrator?);
     let observer = integrator.observer(&world, camera.position()).unwrap_or(Observer::FLAT);
     let footprints = footprints(&world.bounds, camera.as_ref());

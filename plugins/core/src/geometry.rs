@@ -181,6 +181,11 @@ pub struct AreaSample {
 pub trait Analytic: Send + Sync {
     /// A box around it.
     fn bounds(&self) -> Aabb;
+    /// Whether the surface may pass through the box of the given middle and half sides, which lies within its bounds: `false` only
+    /// if it does not.
+    fn may_pass(&self, _middle: DVec3, _half: DVec3) -> bool {
+        true
+    }
     /// The least `t` in the open range of the segment at which it meets the surface.
     fn intersect(&self, segment: &Segment) -> Option<f64>;
     /// The surface around a point of it.

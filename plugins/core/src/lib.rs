@@ -11,6 +11,7 @@
 
 pub mod blackhole;
 pub mod camera;
+pub mod clearance;
 pub mod diagnostics;
 pub mod geometry;
 pub mod integrator;

@@ -16,6 +16,8 @@ pub struct Counters {
     pub queries: u64,
     /// Chords that lay outside the scene's bounds and were not put to it.
     pub chords_skipped: u64,
+    /// Stretches of orbits that were passed over because nothing was near.
+    pub leaps: u64,
     /// Geodesics that were found between pairs of points for light sampling.
     pub connections: u64,
     /// Those of them that were searched for something in their way.
@@ -45,6 +47,7 @@ impl AddAssign for Counters {
         self.steps += o.steps;
         self.queries += o.queries;
         self.chords_skipped += o.chords_skipped;
+        self.leaps += o.leaps;
         self.connections += o.connections;
         self.connections_searched += o.connections_searched;
         self.connections_blocked += o.connections_blocked;

@@ -1,6 +1,7 @@
 //! What light moves through: geometry, the intersector over it, and the hole. The part of a scene that integrators see.
 
 use crate::blackhole::BlackHole;
+use crate::clearance::Clearance;
 use crate::geometry::{Aabb, Geometry, Segment, SurfaceGeometry};
 use crate::integrator::{Ray, SurfaceHit};
 use crate::intersector::{Intersector, PrimitiveHit};
@@ -18,6 +19,8 @@ pub struct World {
     pub hole: Option<BlackHole>,
     /// World position of render space's origin.
     pub origin: DVec3,
+    /// The free space between the surfaces, if there is a hole: for chords that need not be asked about.
+    pub clearance: Option<Clearance>,
 }
 
 /// A hit in full precision.
@@ -35,6 +38,13 @@ pub struct Located {
 const OFFSET: f64 = 16.0 * f32::EPSILON as f64;
 
 impl World {
+    /// Geometry with its intersector around `hole`, whose centre is in render space; `origin` is that space's own, in the world.
+    pub fn new(geometries: Vec<Geometry>, intersector: Box<dyn Intersector>, hole: Option<BlackHole>, origin: DVec3) -> Self {
+        let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
+        let clearance = hole.as_ref().filter(|h| h.rs > 0.0).and_then(|_| Clearance::new(&geometries, &bounds));
+        Self { geometries, intersector, bounds, hole, origin, clearance }
+    }
+
     /// Refines an intersector's answer in double precision: the point of the segment on the triangle's plane, or the
     /// answer itself on an analytic surface (which is exact already).
     pub fn locate(&self, segment: &Segment, hit: &PrimitiveHit) -> Located {

@@ -26,6 +26,9 @@ const SPLITS: u32 = 6;
 /// How far behind a surface a chord is split, relative to its angle.
 const JOINT: f64 = 1e-3;
 
+/// Free space is passed over if that gets on by as much as this share of a chord.
+const WORTHWHILE: f64 = 0.5;
+
 /// Longest chord, in radians, however much it may stray.
 const LONGEST: f64 = 1.0;
 
@@ -74,8 +77,6 @@ pub struct Chords<'w> {
     u_bound: f64,
     /// Where the next chord begins.
     last: Place,
-    /// (cos, sin) of the angle there.
-    heading: (f64, f64),
     /// The last chord; `None` where the ray begins.
     before: Option<DVec3>,
 }
@@ -93,7 +94,6 @@ impl<'w> Chords<'w> {
             bounds: world.bounds.grown(margin),
             u_bound: if reach > 0.0 { 1.0 / (reach + margin) } else { f64::INFINITY },
             last: Place { phi: start.phi, u: start.u, point: origin },
-            heading: (1.0, 0.0),
             before: None,
         }
     }
@@ -106,29 +106,31 @@ impl<'w> Chords<'w> {
         if gone || self.u_bound == f64::INFINITY {
             return None;
         }
-        let swept = end.phi - start.phi;
-        let count = (swept / self.angle).ceil().max(1.0);
-        let pace = swept / count;
-        let (turn_sin, turn_cos) = if count > 1.0 { pace.sin_cos() } else { (0.0, 1.0) };
-        for k in 1..=count as u64 {
-            let whole = k as f64 == count;
-            let (cos, sin) = self.heading;
-            let to = if whole {
-                let (sin, cos) = end.phi.sin_cos();
-                self.heading = (cos, sin);
-                self.place(end.phi, end.u)
-            } else {
-                self.heading = (cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin);
-                let phi = start.phi + pace * k as f64;
-                self.place(phi, step.u_at(phi))
-            };
-            let from = std::mem::replace(&mut self.last, to);
+        let mut phi = start.phi;
+        // Distance covered per radian, to begin with; then that of the last stretch.
+        let mut pace = start.u.hypot(start.du) / (start.u * start.u);
+        while phi < end.phi {
+            let from = self.last;
+            if let Some(to) = self.leap(step, &from, end.phi, pace) {
+                pace = (to.point - from.point).length() / (to.phi - from.phi);
+                self.before = Some(to.point - from.point);
+                (self.last, phi) = (to, to.phi);
+                log.counters.leaps += 1;
+                log.point(to.point);
+                continue;
+            }
+            // Chords of equal angle to the end of the step.
+            let left = ((end.phi - phi) / self.angle).ceil();
+            let to = if left > 1.0 { self.place(step, phi + (end.phi - phi) / left) } else { self.at_end(&end) };
+            self.last = to;
+            phi = to.phi;
             // A chord that leaves the sphere around all geometry ends there: it may go on to infinity.
             let leaves = from.u > self.u_bound && to.u < self.u_bound;
             let to = if leaves { self.on_bound(step, &from, &to) } else { to };
             if to.u <= 0.0 {
                 return None;
             }
+            pace = (to.point - from.point).length() / (to.phi - from.phi);
             let before = self.before.replace(to.point - from.point);
             let hit = self.search(step, &Span { from, to, before }, SPLITS, log);
             log.point(hit.map_or(to.point, |h| h.point));
@@ -139,10 +141,43 @@ impl<'w> Chords<'w> {
         None
     }
 
-    /// The place in the direction of `heading`.
-    fn place(&self, phi: f64, u: f64) -> Place {
-        let (cos, sin) = self.heading;
-        Place { phi, u, point: self.plane.center + (self.plane.e1 * cos + self.plane.e2 * sin) / u }
+    /// The end of a stretch from the place `from`, no farther than the angle `end`, that nothing is near to; `None` if that would
+    /// be shorter than a chord.
+    ///
+    /// The stretch strays from its chord by less than the gap, which is twice what it is expected to be; so it lies within a ball
+    /// around the chord's middle, and is free if nothing is known to be in there. How far it may be is guessed from the
+    /// free space around its beginning.
+    fn leap<D: Dense>(&self, step: &D, from: &Place, end: f64, pace: f64) -> Option<Place> {
+        let clearance = self.world.clearance.as_ref()?;
+        let around = clearance.at(from.point);
+        let least = WORTHWHILE * self.angle.min(end - from.phi);
+        let mut angle = (2.0 * around / pace).min(LONGEST);
+        for _ in 0..2 {
+            let phi = if from.phi + angle < end { from.phi + angle } else { end };
+            let swept = phi - from.phi;
+            if swept < least {
+                return None;
+            }
+            let to = self.place(step, phi);
+            let chord = to.point - from.point;
+            let needed = 0.5 * chord.length() + 3.0 / 8.0 * self.rs * swept * swept;
+            if to.u > 0.0 && needed <= clearance.at(from.point + 0.5 * chord) {
+                return Some(to);
+            }
+            angle = 0.5 * swept;
+        }
+        None
+    }
+
+    /// The place at the angle `phi` of `step`.
+    fn place<D: Dense>(&self, step: &D, phi: f64) -> Place {
+        let u = step.u_at(phi);
+        Place { phi, u, point: self.plane.center + self.plane.radial(phi) / u }
+    }
+
+    /// The place of the state `end`.
+    fn at_end(&self, end: &State) -> Place {
+        Place { phi: end.phi, u: end.u, point: self.plane.point(end) }
     }
 
     /// Where the orbit leaves the sphere around all geometry.

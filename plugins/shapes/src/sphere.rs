@@ -145,6 +145,14 @@ impl Analytic for Sphere {
         Aabb { min: self.center + image.min.max(-reach), max: self.center + image.max.min(reach) }
     }
 
+    fn may_pass(&self, middle: DVec3, half: DVec3) -> bool {
+        // The box lies within a ball, and its image within a ball that is wider by no more than the matrix' Frobenius norm.
+        let m = self.unit_from_world;
+        let norm = (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt();
+        let (at, reach) = ((m * (middle - self.center)).length(), norm * half.length());
+        at - reach <= 1.0 && at + reach >= 1.0
+    }
+
     fn intersect(&self, segment: &Segment) -> Option<f64> {
         let o = self.unit_from_world * (segment.origin - self.center);
         let d = self.unit_from_world * segment.direction;

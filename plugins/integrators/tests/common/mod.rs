@@ -87,10 +87,9 @@ impl Analytic for Ball {
 
 /// A world of these surfaces with a hole at `center`.
 pub fn world(geometries: Vec<Geometry>, center: DVec3, rs: f64) -> World {
-    let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
     let hole = BlackHole { center, rs, redshift: true, radiance_shift: true, frame: FrameConvention::Static };
     let intersector = Reference.build(&geometries).expect("the meshes are sound");
-    World { intersector, geometries, bounds, hole: Some(hole), origin: DVec3::ZERO }
+    World::new(geometries, intersector, Some(hole), DVec3::ZERO)
 }
 
 /// A mesh of triangles, each with its own corners.

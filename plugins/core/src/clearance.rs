@@ -1,0 +1,247 @@
+//! How far from everything a point is, at least: what lets curved rays pass over empty space without asking the intersector.
+//!
+//! A grid of cubic cells over the box around all surfaces. Cells that a surface may touch are marked (conservatively: of a triangle
+//! all cells of its box that its plane passes), and every cell gets the largest cube of free cells around it. The answer is
+//! a lower bound by construction: a surface is never nearer than it says.
+
+use crate::geometry::{Aabb, Geometry, TriangleMesh};
+use glam::{DVec3, UVec3};
+
+/// Lower bounds of the distance to all surfaces.
+pub struct Clearance {
+    /// The grid's corner, render space.
+    min: DVec3,
+    /// The grid's box.
+    bounds: Aabb,
+    /// Side of a cell (scene units), and its inverse.
+    cell: f64,
+    per_cell: f64,
+    size: UVec3,
+    /// Of each cell, the least number of steps, diagonal ones included, to a marked one; x fastest.
+    steps: Vec<u8>,
+}
+
+/// Cells along the longest side of the box around all surfaces.
+const CELLS: f64 = 64.0;
+/// Cells that are looked at for all triangles together; what takes more has no free space worth knowing.
+const MOST_VISITS: u64 = 50_000_000;
+/// How far a surface is taken to reach beyond its coordinates, in cells: far more than rounding.
+const MARGIN: f64 = 1e-3;
+
+impl Clearance {
+    /// The free space around `geometries`, whose box is `bounds`; `None` where there is nothing, or nothing to gain.
+    pub fn new(geometries: &[Geometry], bounds: &Aabb) -> Option<Self> {
+        if bounds.is_empty() {
+            return None;
+        }
+        let cell = (bounds.max - bounds.min).max_element() / CELLS;
+        if !(cell > 0.0 && cell.recip().is_finite()) {
+            return None;
+        }
+        // One cell more on each side, so that surfaces on the boundary lie within the grid.
+        let min = bounds.min - cell;
+        let size = ((bounds.max - min) / cell).ceil().as_uvec3() + 1;
+        let bounds = Aabb { min, max: min + size.as_dvec3() * cell };
+        let count = size.x as usize * size.y as usize * size.z as usize;
+        let mut grid = Self { min, bounds, cell, per_cell: cell.recip(), size, steps: vec![u8::MAX; count] };
+        let mut visits = 0;
+        for geometry in geometries {
+            match geometry {
+                Geometry::Mesh(mesh) => {
+                    for t in 0..mesh.triangles.len() as u32 {
+                        visits += grid.mark_triangle(mesh, t);
+                        if visits > MOST_VISITS {
+                            return None;
+                        }
+                    }
+                }
+                Geometry::Analytic(surface) => {
+                    let bounds = surface.bounds();
+                    grid.mark(&bounds, |middle, half| surface.may_pass(middle, half));
+                }
+            }
+        }
+        grid.spread();
+        Some(grid)
+    }
+
+    /// A distance (scene units) from `point`, in any direction, within which there is no surface; 0 where nothing is known.
+    #[inline]
+    pub fn at(&self, point: DVec3) -> f64 {
+        let p = (point - self.min) * self.per_cell;
+        let inside = p.cmpge(DVec3::ZERO).all() && p.cmplt(self.size.as_dvec3()).all();
+        if !inside {
+            let away = (self.bounds.min - point).max(point - self.bounds.max).max(DVec3::ZERO);
+            // Not a number: nothing is known.
+            return if away.is_finite() { away.length() } else { 0.0 };
+        }
+        let steps = self.steps[self.index(p.as_uvec3())];
+        f64::from(steps.saturating_sub(1)) * self.cell
+    }
+
+    fn index(&self, c: UVec3) -> usize {
+        (c.z as usize * self.size.y as usize + c.y as usize) * self.size.x as usize + c.x as usize
+    }
+
+    /// Marks the cells that a triangle may touch; says how many it has looked at.
+    fn mark_triangle(&mut self, mesh: &TriangleMesh, triangle: u32) -> u64 {
+        let corners = mesh.corners(triangle);
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a);
+        let bounds = corners.into_iter().fold(Aabb::EMPTY, |bounds, p| bounds.with_point(p));
+        self.mark(&bounds, |middle, half| normal.dot(middle - a).abs() <= normal.abs().dot(half))
+    }
+
+    /// Marks the cells within `bounds` that `touches` (middle and half the sides of a box) does not rule out.
+    fn mark(&mut self, bounds: &Aabb, touches: impl Fn(DVec3, DVec3) -> bool) -> u64 {
+        if bounds.is_empty() {
+            return 0;
+        }
+        let cell_of = |p: DVec3| ((p - self.min) * self.per_cell).max(DVec3::ZERO);
+        let from = (cell_of(bounds.min) - MARGIN).max(DVec3::ZERO).as_uvec3();
+        let to = (cell_of(bounds.max) + MARGIN).as_uvec3().min(self.size - 1);
+        let half = DVec3::splat((0.5 + MARGIN) * self.cell);
+        for z in from.z..=to.z {
+            for y in from.y..=to.y {
+                for x in from.x..=to.x {
+                    let c = UVec3::new(x, y, z);
+                    if touches(self.min + (c.as_dvec3() + 0.5) * self.cell, half) {
+                        let index = self.index(c);
+                        self.steps[index] = 0;
+                    }
+                }
+            }
+        }
+        (to + 1 - from).as_u64vec3().element_product()
+    }
+
+    /// From marks to steps: the chessboard distance is reached by sweeping along x, y and z, the least of
+    /// `max(steps of a cell, distance to it)` along each.
+    fn spread(&mut self) {
+        let [nx, ny, nz] = self.size.to_array().map(|n| n as usize);
+        let mut line = Vec::new();
+        let mut sweep = |steps: &mut [u8], start: usize, stride: usize, n: usize| {
+            line.clear();
+            line.extend((0..n).map(|i| steps[start + i * stride]));
+            // A cube of half side k around cell i is free of marks along this line if all cells within k have at least k + 1.
+            for i in 0..n {
+                let mut best = line[i];
+                let mut k = 1;
+                while k < usize::from(best) {
+                    // Beyond the grid there is nothing.
+                    let near = if i >= k { line[i - k] } else { u8::MAX };
+                    let far = if i + k < n { line[i + k] } else { u8::MAX };
+                    best = best.min(near.min(far).max(k as u8));
+                    if i < k && i + k >= n {
+                        break;
+                    }
+                    k += 1;
+                }
+                steps[start + i * stride] = best;
+            }
+        };
+        for z in 0..nz {
+            for y in 0..ny {
+                sweep(&mut self.steps, (z * ny + y) * nx, 1, nx);
+            }
+        }
+        for z in 0..nz {
+            for x in 0..nx {
+                sweep(&mut self.steps, z * ny * nx + x, nx, ny);
+            }
+        }
+        for y in 0..ny {
+            for x in 0..nx {
+                sweep(&mut self.steps, y * nx + x, nx * ny, nz);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::mix64;
+    use std::sync::Arc;
+
+    fn random(i: u64, k: u64) -> f64 {
+        (mix64(mix64(i) ^ k) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn point(i: u64, k: u64) -> DVec3 {
+        DVec3::new(random(i, k), random(i, k + 1), random(i, k + 2)) * 2.0 - 1.0
+    }
+
+    /// Nearest point of a triangle by brute force: a fine net of its points.
+    fn distance(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+        let n = 60;
+        let mut least = f64::INFINITY;
+        for i in 0..=n {
+            for j in 0..=n - i {
+                let q = a + (b - a) * f64::from(i) / f64::from(n) + (c - a) * f64::from(j) / f64::from(n);
+                least = least.min((p - q).length());
+            }
+        }
+        least
+    }
+
+    #[test]
+    fn no_surface_is_nearer_than_it_says() {
+        for case in 0..6 {
+            let triangles: Vec<[DVec3; 3]> = (0..8)
+                .map(|t| {
+                    let (at, size) = (point(case, 100 * t), 0.05 + random(case, 100 * t + 50));
+                    std::array::from_fn(|k| at + point(case, 100 * t + 10 * (k as u64 + 1)) * size)
+                })
+                .collect();
+            let positions = triangles.iter().flatten().map(|p| p.as_vec3().to_array()).collect();
+            let indices = (0..8).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let mesh = TriangleMesh { positions, triangles: indices, ..Default::default() };
+            let geometry = Geometry::Mesh(Arc::new(mesh));
+            let bounds = geometry.bounds();
+            let grid = Clearance::new(&[geometry], &bounds).expect("a grid");
+            let mut free = 0;
+            for i in 0..400 {
+                let p = point(i, 7 + case) * 2.0;
+                let truth = triangles.iter().map(|t| distance(p, *t)).fold(f64::INFINITY, f64::min);
+                let said = grid.at(p);
+                // The net's points are up to some hundredths of an edge apart.
+                assert!(said <= truth, "case {case}: {p} is {truth} from a surface, not {said}");
+                free += u32::from(grid.bounds.clip(p, DVec3::X, 0.0, 0.0).is_some() && said > 0.0);
+            }
+            assert!(free > 20, "case {case}: {free}");
+        }
+    }
+
+    #[test]
+    fn a_room_is_free_up_to_its_walls() {
+        // Floor and ceiling.
+        let corners = |y: f32| [[-1.0, y, -1.0], [1.0, y, -1.0], [1.0, y, 1.0], [-1.0, y, 1.0]];
+        let positions = [corners(0.0), corners(1.5)].concat();
+        let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], ..Default::default() };
+        let geometry = Geometry::Mesh(Arc::new(mesh));
+        let bounds = geometry.bounds();
+        let grid = Clearance::new(&[geometry], &bounds).expect("a grid");
+        for y in [0.01, 0.1, 0.3, 0.75, 1.2, 1.45] {
+            let (said, truth) = (grid.at(DVec3::new(0.1, y, -0.3)), y.min(1.5 - y));
+            assert!(said <= truth && said > truth - 2.5 * grid.cell, "{y}: {said}");
+        }
+    }
+
+    #[test]
+    fn outside_of_the_box_it_is_the_distance_to_it() {
+        let mesh = TriangleMesh {
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..Default::default()
+        };
+        let geometry = Geometry::Mesh(Arc::new(mesh));
+        let bounds = geometry.bounds();
+        let grid = Clearance::new(&[geometry], &bounds).expect("a grid");
+        let said = grid.at(DVec3::new(0.5, 0.5, 10.0));
+        assert!(said <= 10.0 && said > 9.9, "{said}");
+        assert_eq!(grid.at(DVec3::NAN), 0.0);
+        assert_eq!(grid.at(DVec3::INFINITY), 0.0);
+        assert!(Clearance::new(&[], &Aabb::EMPTY).is_none());
+    }
+}
