@@ -9,7 +9,7 @@ use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
 use bhs_core::layer::Layer;
 use bhs_core::material::Shading;
 use bhs_core::scene::{Scene, Vertex};
-use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths, Spectrum};
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use glam::DVec3;
 use std::f64::consts::TAU;
