@@ -226,7 +226,9 @@ fn compare_measures_pictures() {
 
 #[test]
 fn layers_become_channels_and_false_colour_pictures() {
-    let dir = folder("BlackHole \"schwarzschild\" \"point3 center\" [0 0 2] \"float rs\" 0.3\nLightSource \"infinite\"\nTranslate 2 0 3\nShape \"sphere\"");
+    let dir = folder(
+        "BlackHole \"schwarzschild\" \"point3 center\" [0 0 2] \"float rs\" 0.3\nLightSource \"infinite\"\nTranslate 2 0 3\nShape \"sphere\"",
+    );
     let args = ["render", "scene.bhs", "--aov", "closestapproach", "--aov", "normal", "--false-color"];
     let (code, _, err) = run(dir.path(), &args);
     assert_eq!(code, 0, "{err}");
@@ -250,7 +252,10 @@ fn layers_become_channels_and_false_colour_pictures() {
     assert_eq!(run(dir.path(), &["render", "scene.bhs", "--quiet", "--aov", "normal", "-o", "plain.exr"]).0, 0);
     let (code, out, _) = run(dir.path(), &["compare", "small.exr", "plain.exr", "--json"]);
     let comparison: serde_json::Value = serde_json::from_str(&out).expect("JSON");
-    assert_eq!((code, &comparison["channels"], &comparison["mse"]), (0, &serde_json::json!(["B", "G", "R"]), &serde_json::json!(0.0)));
+    assert_eq!(
+        (code, &comparison["channels"], &comparison["mse"]),
+        (0, &serde_json::json!(["B", "G", "R"]), &serde_json::json!(0.0))
+    );
 
     let (code, _, err) = run(dir.path(), &["render", "scene.bhs", "--aov", "redshft"]);
     assert!(code == 2 && err.contains("did you mean `redshift`") && err.contains("shadingnormal"), "{err}");
@@ -297,7 +302,20 @@ fn the_scene_in_readme_has_no_errors() {
 #[test]
 fn every_scene_that_readme_shows_has_no_errors() {
     let readme = common::read("README.md");
-    for name in ["cornell_box", "spheres", "spheres_hole", "cornell_hole", "bunny_hole", "gold_dragon"] {
+    let names = [
+        "cornell_box",
+        "spheres",
+        "spheres_hole",
+        "cornell_hole",
+        "bunny_hole",
+        "gold_dragon",
+        "blueshift",
+        "redshift_spheres",
+        "redshift_wall",
+        "frames_static",
+        "frames_chart",
+    ];
+    for name in names {
         assert!(readme.contains(name) && common::root().join(format!("docs/{name}.png")).exists(), "{name}");
         // `./test` fetches the meshes; plain `cargo test` may find none.
         let scene = format!("scenes/{name}.bhs");
