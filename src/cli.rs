@@ -1,5 +1,6 @@
 //! The command line: what can be typed.
 
+use bhs_core::layer::Layer;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -80,6 +81,12 @@ pub struct RenderArgs {
     /// Size of the picture
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
+    /// Record a layer besides the colour, such as `sweptangle` or `normal`; can be repeated
+    #[arg(long, value_name = "NAME", value_parser = Layer::from_name)]
+    pub aov: Vec<Layer>,
+    /// Write every layer as FILE.NAME.png too, for people to look at
+    #[arg(long)]
+    pub false_color: bool,
     /// A preview: small and with few samples
     #[arg(long)]
     pub quick: bool,

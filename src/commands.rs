@@ -1,7 +1,8 @@
 //! What the program's commands do.
 
 use crate::cli::{RenderArgs, SceneArgs, TraceArgs};
-use crate::image::{Attribute, OutputFile, Picture};
+use crate::false_color::{self, FalseColor};
+use crate::image::{self, Attribute, OutputFile, Picture};
 use crate::lang::{self, BuiltScene, Overrides, SourceMap};
 use crate::progress::Progress;
 use crate::registry::Registry;
@@ -77,6 +78,7 @@ pub fn render(args: &RenderArgs, stop: &AtomicBool) -> Result<ExitStatus> {
         spp: args.spp,
         resolution: args.resolution,
         crop: args.crop,
+        layers: args.aov.clone(),
         quick: args.quick,
         ..overrides(&args.scene_args)
     };
@@ -90,6 +92,14 @@ pub fn render(args: &RenderArgs, stop: &AtomicBool) -> Result<ExitStatus> {
     }
     let exr = OutputFile::reserve(&exr_path)?;
     let png = OutputFile::reserve(&exr_path.with_extension("png"))?;
+    let layers = built.film.layers();
+    if args.false_color && layers.is_empty() {
+        eprintln!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
+        return Ok(ExitStatus::CommandLine);
+    }
+    let shown = if args.false_color { layers } else { &[] };
+    let shown =
+        shown.iter().map(|l| OutputFile::reserve(&false_color::path(&exr_path, *l))).collect::<Result<Vec<OutputFile>>>()?;
     let stats = args.stats.as_deref().map(OutputFile::reserve).transpose()?;
 
     let mut pool = rayon::ThreadPoolBuilder::new();
@@ -112,10 +122,18 @@ pub fn render(args: &RenderArgs, stop: &AtomicBool) -> Result<ExitStatus> {
     progress.finish();
     phases.end("render");
 
-    let picture = rendered.frame.picture();
+    let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
     let attributes = provenance(&built, &rendered, &phases);
-    exr.finish(|to| picture.write_exr(to, &attributes))?;
     png.finish(|to| picture.write_png(to, |pixel| built.film.display(pixel)))?;
+    for (file, layer) in shown.into_iter().zip(&layers) {
+        let colors = FalseColor::new(layer);
+        if !args.quiet {
+            eprintln!("{} shows {colors}", file.path().display());
+        }
+        file.finish(|to| image::write_png(to, picture.size, colors.pixels().as_flattened()))?;
+    }
+    let picture = picture.with_layers(&layers);
+    exr.finish(|to| picture.write_exr(to, &attributes))?;
     phases.end("write");
 
     if let Some(stats) = stats {

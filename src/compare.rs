@@ -4,7 +4,7 @@ use crate::image::Picture;
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
-/// Differences of two pictures over all pixels and the channels that both have.
+/// Differences of two pictures over all pixels and the channels R, G and B, or, if one of them lacks these, all that both have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// Names of the compared channels.
@@ -29,8 +29,13 @@ pub fn compare(a: &Picture, b: &Picture) -> Result<Comparison> {
     if a.size != b.size {
         bail!("the pictures differ in size: {}x{} and {}x{}", a.size[0], a.size[1], b.size[0], b.size[1]);
     }
-    let shared: Vec<(usize, usize)> =
+    let mut shared: Vec<(usize, usize)> =
         a.channels.iter().enumerate().filter_map(|(i, n)| Some((i, b.channels.iter().position(|m| m == n)?))).collect();
+    // Layers have units of their own: their differences do not add to those of the colours.
+    let is_color = |name: &str| matches!(name, "R" | "G" | "B");
+    if shared.iter().filter(|(i, _)| is_color(&a.channels[*i])).count() == 3 {
+        shared.retain(|(i, _)| is_color(&a.channels[*i]));
+    }
     if shared.is_empty() {
         bail!("the pictures have no channel in common: {} and {}", a.channels.join(" "), b.channels.join(" "));
     }

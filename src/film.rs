@@ -1,7 +1,10 @@
 //! The frame under way: sums and weights of pixels, in tiles that are each worked on by one thread at a time.
 
 use crate::image::{Frame, Picture};
+use crate::layers::Value;
 use bhs_core::camera::Film;
+use bhs_core::layer::Layer;
+use glam::DVec3;
 use std::sync::Mutex;
 
 /// Side of a tile (pixels).
@@ -17,6 +20,9 @@ pub struct Tile {
     pub sums: Vec<f64>,
     /// Sums of the weights, pixel by pixel.
     pub weights: Vec<f64>,
+    /// For each pixel and each layer: the sums of the layer's channels, then of the weights of the samples that have a value.
+    /// Empty, without memory, in a film that has no layers.
+    pub layers: Vec<f64>,
 }
 
 /// All tiles of the part of the frame that is rendered.
@@ -26,6 +32,21 @@ pub struct Framebuffer {
     crop: [u32; 4],
     frame: [u32; 2],
     channels: Vec<String>,
+    layers: Vec<Layer>,
+}
+
+impl Tile {
+    /// Adds a sample's values of all layers to the pixel `i`; the samples of a pixel come in their order.
+    pub fn add_layers(&mut self, i: usize, layers: &[Layer], values: impl Iterator<Item = Option<Value>>, weight: f64) {
+        let mut sums = &mut self.layers[i * numbers(layers)..];
+        for (layer, value) in layers.iter().zip(values) {
+            let (own, rest) = sums.split_at_mut(stride(*layer));
+            if let Some(value) = value {
+                add(value, weight, own);
+            }
+            sums = rest;
+        }
+    }
 }
 
 impl Framebuffer {
@@ -33,6 +54,7 @@ impl Framebuffer {
     pub fn new(film: &dyn Film) -> Self {
         let [x0, x1, y0, y1] = film.crop();
         let channels = film.channels();
+        let layer_numbers = numbers(film.layers());
         let mut tiles = Vec::new();
         for y in (y0..y1).step_by(TILE as usize) {
             for x in (x0..x1).step_by(TILE as usize) {
@@ -43,10 +65,11 @@ impl Framebuffer {
                     size,
                     sums: vec![0.0; pixels * channels.len()],
                     weights: vec![0.0; pixels],
+                    layers: vec![0.0; pixels * layer_numbers],
                 }));
             }
         }
-        Self { tiles, crop: film.crop(), frame: film.resolution(), channels }
+        Self { tiles, crop: film.crop(), frame: film.resolution(), channels, layers: film.layers().to_vec() }
     }
 
     /// Number of channels.
@@ -60,22 +83,83 @@ impl Framebuffer {
         u64::from(x1 - x0) * u64::from(y1 - y0)
     }
 
-    /// The picture as it stands: every pixel the weighted mean of the samples that it has; black without any.
+    /// The picture as it stands, without the layers: every pixel the weighted mean of the samples that it has; black without any.
     pub fn picture(&self) -> Picture {
-        let [x0, x1, y0, y1] = self.crop.map(|c| c as usize);
-        let (width, height, n) = (x1 - x0, y1 - y0, self.channels.len());
-        let mut data = vec![0.0f32; width * height * n];
-        for tile in &self.tiles {
-            let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            for (i, weight) in tile.weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
-                let x = tile.origin[0] as usize - x0 + i % tile.size[0] as usize;
-                let y = tile.origin[1] as usize - y0 + i / tile.size[0] as usize;
+        let n = self.channels.len();
+        let mut data = vec![0.0f32; self.pixel_count() as usize * n];
+        self.each_pixel(|pixel, tile, i| {
+            if tile.weights[i] != 0.0 {
                 for c in 0..n {
-                    data[(y * width + x) * n + c] = (tile.sums[i * n + c] / weight) as f32;
+                    data[pixel * n + c] = (tile.sums[i * n + c] / tile.weights[i]) as f32;
                 }
             }
-        }
+        });
+        let [x0, x1, y0, y1] = self.crop.map(|c| c as usize);
         let frame = Frame { offset: [x0, y0], size: self.frame.map(|s| s as usize) };
-        Picture { size: [width, height], frame, channels: self.channels.clone(), data }
+        Picture { size: [x1 - x0, y1 - y0], frame, channels: self.channels.clone(), data }
     }
+
+    /// The layers as they stand, in the film's order.
+    pub fn layers(&self) -> Vec<LayerPicture> {
+        let pixels = self.pixel_count() as usize;
+        let layer_numbers = numbers(&self.layers);
+        let mut pictures: Vec<LayerPicture> =
+            self.layers.iter().map(|l| LayerPicture { layer: *l, values: vec![None; pixels] }).collect();
+        self.each_pixel(|pixel, tile, i| {
+            let mut sums = &tile.layers[i * layer_numbers..];
+            for LayerPicture { layer, values } in &mut pictures {
+                let (own, rest) = sums.split_at(stride(*layer));
+                values[pixel] = mean(*layer, own);
+                sums = rest;
+            }
+        });
+        pictures
+    }
+
+    /// Calls `f` with the index of every pixel in the picture, its tile, and its index there.
+    fn each_pixel(&self, mut f: impl FnMut(usize, &Tile, usize)) {
+        let [x0, x1, y0, _] = self.crop;
+        for tile in &self.tiles {
+            let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            for i in 0..tile.weights.len() {
+                let [x, y] = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
+                f((y - y0) as usize * (x1 - x0) as usize + (x - x0) as usize, &tile, i);
+            }
+        }
+    }
+}
+
+/// A layer of a whole picture.
+pub struct LayerPicture {
+    /// Which.
+    pub layer: Layer,
+    /// Its values, row by row from the top; `None` where no ray has one.
+    pub values: Vec<Option<Value>>,
+}
+
+/// Numbers that a layer of a pixel takes: its channels, and a weight.
+fn stride(layer: Layer) -> usize {
+    layer.channels().len() + 1
+}
+
+/// Numbers that some layers of a pixel take.
+fn numbers(layers: &[Layer]) -> usize {
+    layers.iter().copied().map(stride).sum()
+}
+
+/// Adds one sample of a layer, of the given weight, to its numbers in a pixel.
+fn add(value: Value, weight: f64, sums: &mut [f64]) {
+    let channels = sums.len() - 1;
+    for c in 0..channels {
+        sums[c] += weight * value[c];
+    }
+    sums[channels] += weight;
+}
+
+/// The mean of a layer's samples, from its numbers in a pixel.
+fn mean(layer: Layer, sums: &[f64]) -> Option<Value> {
+    let (weight, sums) = sums.split_last().filter(|(w, _)| **w != 0.0)?;
+    let mean: Value = std::array::from_fn(|c| sums.get(c).map_or(0.0, |s| s / weight));
+    // As in pbrt-v4; opposite normals may cancel.
+    Some(if layer.is_unit_vector() { DVec3::from_array(mean).normalize_or_zero().to_array() } else { mean })
 }

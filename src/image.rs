@@ -1,5 +1,6 @@
 //! Pictures in memory, and their EXR and PNG files.
 
+use crate::film::LayerPicture;
 use anyhow::{Context, Result, bail};
 use exr::prelude as exrs;
 use std::io::{BufWriter, Write};
@@ -37,6 +38,23 @@ pub enum Attribute {
 }
 
 impl Picture {
+    /// The same picture with layers as further channels; 0 where a layer has no value.
+    pub fn with_layers(self, layers: &[LayerPicture]) -> Self {
+        if layers.is_empty() {
+            return self;
+        }
+        let names = layers.iter().flat_map(|l| l.layer.channels().iter().map(|c| (*c).to_owned()));
+        let channels: Vec<String> = self.channels.iter().cloned().chain(names).collect();
+        let mut data = Vec::with_capacity(self.size[0] * self.size[1] * channels.len());
+        for (i, color) in self.data.chunks_exact(self.channels.len()).enumerate() {
+            data.extend_from_slice(color);
+            for LayerPicture { layer, values } in layers {
+                data.extend(values[i].unwrap_or_default()[..layer.channels().len()].iter().map(|v| *v as f32));
+            }
+        }
+        Self { channels, data, ..self }
+    }
+
     /// The values of a pixel.
     pub fn pixel(&self, x: usize, y: usize) -> &[f32] {
         let n = self.channels.len();
@@ -123,12 +141,20 @@ impl Picture {
             .chunks_exact(self.channels.len())
             .flat_map(|pixel| display(pixel).map(|v| (v * 255.0 + 0.5) as u8))
             .collect();
-        use image::ImageEncoder;
-        use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-        let encoder = PngEncoder::new_with_quality(to, CompressionType::Default, FilterType::Adaptive);
-        encoder.write_image(&bytes, self.size[0] as u32, self.size[1] as u32, image::ExtendedColorType::Rgb8)?;
-        Ok(())
+        write_png(to, self.size, &bytes)
     }
+}
+
+/// Writes an 8-bit sRGB picture as PNG; `bytes` are red, green and blue, row by row from the top.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_png(to: impl Write, size: [usize; 2], bytes: &[u8]) -> Result<()> {
+    use image::ImageEncoder;
+    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+    let encoder = PngEncoder::new_with_quality(to, CompressionType::Default, FilterType::Adaptive);
+    encoder.write_image(bytes, size[0] as u32, size[1] as u32, image::ExtendedColorType::Rgb8)?;
+    Ok(())
 }
 
 /// An output file that comes into being only when it is whole: until then everything goes to a file beside it.

@@ -7,9 +7,11 @@
 pub mod cli;
 pub mod commands;
 pub mod compare;
+pub mod false_color;
 pub mod film;
 pub mod image;
 pub mod lang;
+pub mod layers;
 pub mod plugins_table;
 pub mod progress;
 pub mod registry;

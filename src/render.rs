@@ -4,6 +4,7 @@
 //! (seed, pixel, index). An interruption ends a wave between tiles: the picture so far is whole, if noisier in places.
 
 use crate::film::{Framebuffer, Tile};
+use crate::layers::LayerCollector;
 use crate::progress::Progress;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::integrator::Ray;
@@ -50,6 +51,7 @@ const LONGEST_WAVE: u32 = 32;
 /// Renders `job` on the current rayon pool until it is done or `stop` is set.
 pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
     let frame = Framebuffer::new(job.film);
+    let layers = LayerCollector::new(job.scene, job.film);
     let total = job.sampler.samples_per_pixel();
     let mut counters = Counters::default();
     let mut done = 0;
@@ -65,7 +67,7 @@ pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
                     return Counters::default();
                 }
                 let mut tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                let counted = render_tile(job, &mut tile, frame.channel_count(), done..next);
+                let counted = render_tile(job, layers.as_ref(), &mut tile, frame.channel_count(), done..next);
                 progress.tile(u64::from(tile.size[0] * tile.size[1]) * u64::from(next - done), counted.geodesics);
                 counted
             })
@@ -80,34 +82,62 @@ pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
     Rendered { frame, counters, samples: done, interrupted: done < total }
 }
 
-fn render_tile(job: &Job, tile: &mut Tile, channels: usize, samples: std::ops::Range<u32>) -> Counters {
+fn render_tile(
+    job: &Job,
+    layers: Option<&LayerCollector>,
+    tile: &mut Tile,
+    channels: usize,
+    samples: std::ops::Range<u32>,
+) -> Counters {
     let mut log = TraceLog::default();
     for i in 0..tile.weights.len() {
         let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
-        let sums = &mut tile.sums[i * channels..][..channels];
         for index in samples.clone() {
-            tile.weights[i] += sample(job, pixel, index, sums, &mut log);
+            let mut seen = Sample::new(job, pixel, index);
+            if let Some(layers) = layers {
+                tile.add_layers(i, job.film.layers(), layers.values(&seen.ray), f64::from(seen.weight));
+            }
+            let sums = &mut tile.sums[i * channels..][..channels];
+            tile.weights[i] += seen.add(job, sums, &mut log);
         }
     }
     log.counters
 }
 
-/// Adds one sample of one pixel to its sums and returns its weight.
-fn sample(job: &Job, pixel: [u32; 2], index: u32, sums: &mut [f64], log: &mut TraceLog) -> f64 {
-    log.counters.paths += 1;
-    let mut stream = SampleStream::new(job.sampler, pixel, index);
-    let (offset, weight) = job.filter.sample(stream.next_2d());
-    let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
-    let seen = job.camera.ray(raster, stream.next_2d());
-    let [lo, hi] = job.film.lambda_range();
-    let mut lambda = SampledWavelengths::visible(stream.next_1d(), lo, hi);
-    let direction = job.scene.camera.frame.chart_direction(seen.direction);
-    let ray = Ray { origin: seen.origin, direction, footprint: job.scene.footprints.camera };
-    let radiance = job.transport.radiance(job.scene, ray, &mut lambda, &mut stream, log);
-    if !radiance.is_finite() {
-        log.counters.not_finite += 1;
-        return 0.0;
+/// One sample of one pixel, before it is followed.
+struct Sample<'a> {
+    /// What the camera sees along (chart).
+    ray: Ray,
+    /// The filter's weight.
+    weight: f32,
+    /// Wavelengths at the camera.
+    lambda: SampledWavelengths,
+    /// The numbers that are left.
+    stream: SampleStream<'a>,
+}
+
+impl<'a> Sample<'a> {
+    fn new(job: &Job<'a>, pixel: [u32; 2], index: u32) -> Self {
+        let mut stream = SampleStream::new(job.sampler, pixel, index);
+        let (offset, weight) = job.filter.sample(stream.next_2d());
+        let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
+        let seen = job.camera.ray(raster, stream.next_2d());
+        let [lo, hi] = job.film.lambda_range();
+        let lambda = SampledWavelengths::visible(stream.next_1d(), lo, hi);
+        let direction = job.scene.camera.frame.chart_direction(seen.direction);
+        let ray = Ray { origin: seen.origin, direction, footprint: job.scene.footprints.camera };
+        Self { ray, weight, lambda, stream }
     }
-    job.film.add(radiance * weight, &lambda, sums);
-    f64::from(weight)
+
+    /// Adds what is seen to the pixel's sums and returns the weight that it has there.
+    fn add(&mut self, job: &Job, sums: &mut [f64], log: &mut TraceLog) -> f64 {
+        log.counters.paths += 1;
+        let radiance = job.transport.radiance(job.scene, self.ray, &mut self.lambda, &mut self.stream, log);
+        if !radiance.is_finite() {
+            log.counters.not_finite += 1;
+            return 0.0;
+        }
+        job.film.add(radiance * self.weight, &self.lambda, sums);
+        f64::from(self.weight)
+    }
 }

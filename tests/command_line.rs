@@ -85,6 +85,8 @@ fn the_command_line_itself_can_be_wrong() {
         &["render", "scene.bhs", "--crop", "0,1"],
         &["render", "scene.bhs", "--resolution", "0x5"],
         &["plugins", "cheese"],
+        &["render", "scene.bhs", "--aov", "redshft"],
+        &["render", "scene.bhs", "--false-color"],
         &["trace", "-", "--rays", "-"],
     ] {
         let (code, _, err) = run(dir.path(), args);
@@ -223,6 +225,43 @@ fn compare_measures_pictures() {
 }
 
 #[test]
+fn layers_become_channels_and_false_colour_pictures() {
+    let dir = folder(
+        "BlackHole \"schwarzschild\" \"point3 center\" [0 0 2] \"float rs\" 0.3\nLightSource \"infinite\"\nTranslate 2 0 3\nShape \"sphere\"",
+    );
+    let args = ["render", "scene.bhs", "--aov", "closestapproach", "--aov", "normal", "--false-color"];
+    let (code, _, err) = run(dir.path(), &args);
+    assert_eq!(code, 0, "{err}");
+    assert!(err.contains("small.closestapproach.png shows closestapproach: ") && err.contains("scene units"), "{err}");
+    let read = |name: &str| image::open(dir.path().join(name)).expect("a PNG").to_rgb8();
+    let (distance, normal) = (read("small.closestapproach.png"), read("small.normal.png"));
+    assert_eq!((distance.dimensions(), normal.dimensions()), ((8, 8), (8, 8)));
+    // Yellow at the picture's rim, dark blue where rays fall in; the sky has no normal.
+    let [r, g, b] = distance.get_pixel(0, 0).0;
+    assert!(r > b && g > b, "{r} {g} {b}");
+    let [r, g, b] = distance.get_pixel(4, 4).0;
+    assert!(b > g && b > r, "{r} {g} {b}");
+    assert_eq!(normal.get_pixel(0, 0).0, [0; 3]);
+    assert!(normal.pixels().any(|p| p.0 != [0; 3]));
+
+    let picture = bhs::image::Picture::read_exr(&dir.path().join("small.exr")).expect("readable");
+    let mut channels = picture.channels.clone();
+    channels.sort();
+    assert_eq!(channels, ["B", "G", "N.X", "N.Y", "N.Z", "R", "closestapproach"]);
+    // Other programs compare colours with colours, and so does `compare`.
+    assert_eq!(run(dir.path(), &["render", "scene.bhs", "--quiet", "--aov", "normal", "-o", "plain.exr"]).0, 0);
+    let (code, out, _) = run(dir.path(), &["compare", "small.exr", "plain.exr", "--json"]);
+    let comparison: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(
+        (code, &comparison["channels"], &comparison["mse"]),
+        (0, &serde_json::json!(["B", "G", "R"]), &serde_json::json!(0.0))
+    );
+
+    let (code, _, err) = run(dir.path(), &["render", "scene.bhs", "--aov", "redshft"]);
+    assert!(code == 2 && err.contains("did you mean `redshift`") && err.contains("shadingnormal"), "{err}");
+}
+
+#[test]
 fn plugins_are_listed_with_their_parameters() {
     let dir = folder(LIT);
     let (code, out, _) = run(dir.path(), &["plugins"]);
@@ -263,7 +302,20 @@ fn the_scene_in_readme_has_no_errors() {
 #[test]
 fn every_scene_that_readme_shows_has_no_errors() {
     let readme = common::read("README.md");
-    for name in ["cornell_box", "spheres", "spheres_hole", "cornell_hole", "bunny_hole", "gold_dragon"] {
+    let names = [
+        "cornell_box",
+        "spheres",
+        "spheres_hole",
+        "cornell_hole",
+        "bunny_hole",
+        "gold_dragon",
+        "blueshift",
+        "redshift_spheres",
+        "redshift_wall",
+        "frames_static",
+        "frames_chart",
+    ];
+    for name in names {
         assert!(readme.contains(name) && common::root().join(format!("docs/{name}.png")).exists(), "{name}");
         // `./test` fetches the meshes; plain `cargo test` may find none.
         let scene = format!("scenes/{name}.bhs");

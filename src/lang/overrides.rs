@@ -8,6 +8,7 @@ use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::integrator::Integrator;
+use bhs_core::layer::Layer;
 use bhs_core::transport::LightTransport;
 use bhs_core::value::{Param, ParamType, Values};
 use glam::DAffine3;
@@ -34,6 +35,8 @@ pub struct Overrides {
     pub resolution: Option<[u32; 2]>,
     /// x0, x1, y0, y1 of the part to render, as fractions of width and height.
     pub crop: Option<[f64; 4]>,
+    /// Layers that the film records besides those of the scene.
+    pub layers: Vec<Layer>,
     /// File to write.
     pub output: Option<String>,
     /// A preview: the picture reduced, keeping its shape, to at most [`QUICK_SIDE`] pixels on its longer side, and to at most
@@ -92,6 +95,16 @@ fn set(params: &mut Vec<Param>, param: Param) {
 pub(crate) fn set_integer(params: &mut Vec<Param>, name: &str, value: u32, span: Span) {
     let values = Values::Numbers { values: vec![f64::from(value)], whole: true };
     set(params, parameter(ParamType::Integer, name, values, span));
+}
+
+/// Adds a text to a list of texts, unless it is in there already. A list that is at fault stays as it is, to be reported.
+fn add_string(params: &mut Vec<Param>, name: &str, value: &str, span: Span) {
+    let added = Spanned::new(value.to_owned(), span);
+    match params.iter_mut().find(|p| p.name.value == name).map(|p| &mut p.values) {
+        None => params.push(parameter(ParamType::String, name, Values::Strings(vec![added]), span)),
+        Some(Values::Strings(list)) if list.iter().all(|s| s.value != value) => list.push(added),
+        Some(_) => {}
+    }
 }
 
 /// An entity that the scene does not state itself.
@@ -177,6 +190,10 @@ impl Overrides {
             let span = flags.flag("--crop", &crop.map(|f| f.to_string()).join(","));
             let values = Values::Numbers { values: crop.to_vec(), whole: false };
             set(film, parameter(ParamType::Float, "cropwindow", values, span));
+        }
+        for layer in &self.layers {
+            let span = flags.flag("--aov", layer.name());
+            add_string(film, "layers", layer.name(), span);
         }
         if let Some(path) = &self.output {
             let span = flags.flag("-o", path);

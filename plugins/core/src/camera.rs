@@ -1,5 +1,6 @@
 //! Cameras, filters and films: from a picture's pixels to rays, and back from radiance to pixels.
 
+use crate::layer::Layer;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use glam::{DVec2, DVec3, Vec2};
 
@@ -51,6 +52,11 @@ pub trait Film: Send + Sync {
 
     /// Names of the channels, as in the EXR file.
     fn channels(&self) -> Vec<String>;
+
+    /// What it records besides its own channels; nothing unless the scene asks for it.
+    fn layers(&self) -> &[Layer] {
+        &[]
+    }
 
     /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to a pixel's sums, one for each channel.
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]);

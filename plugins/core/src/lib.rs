@@ -16,6 +16,7 @@ pub mod diagnostics;
 pub mod geometry;
 pub mod integrator;
 pub mod intersector;
+pub mod layer;
 pub mod light;
 pub mod light_sampling;
 pub mod material;

@@ -40,6 +40,27 @@ pub trait Material: Send + Sync {
     /// Chooses a direction with three numbers in [0,1): `choice` between lobes, `u` within one. `None`: absorbed.
     fn sample(&self, at: &Shading, wo: Vec3, choice: f32, u: Vec2) -> Option<BsdfSample>;
 
+    /// Share of the light, by wavelength, that is sent towards `wo` when as much comes in from everywhere
+    /// (hemispherical-directional reflectance, as pbrt-v4's `rho`): what a picture records as albedo. As everywhere here, what
+    /// is refracted is radiance, with its factor `1/eta^2`.
+    ///
+    /// The default is the mean weight of [`Material::sample`] over fixed numbers: exact where the weight is the same everywhere,
+    /// as it is for Lambert's law, an estimate elsewhere.
+    fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
+        const N: u32 = 16;
+        let mut sum = SampledSpectrum::ZERO;
+        for i in 0..N {
+            // The points of Hammersley in the middle of their cells; golden-ratio steps between the lobes.
+            let radical_inverse = (i.reverse_bits() >> (32 - N.ilog2())) as f32;
+            let u = Vec2::new(i as f32 + 0.5, radical_inverse + 0.5) / N as f32;
+            let choice = (i as f32 * 0.618_034 + 0.5).fract();
+            if let Some(sample) = self.sample(at, wo, choice, u) {
+                sum += sample.weight;
+            }
+        }
+        sum / N as f32
+    }
+
     /// Whether every direction it chooses is specular, so that light cannot be sampled for it.
     fn is_specular(&self) -> bool;
 }

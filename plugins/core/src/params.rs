@@ -142,6 +142,19 @@ impl FromParam for String {
     }
 }
 
+impl FromParam for Vec<Spanned<String>> {
+    const TYPES: &'static [ParamType] = &[ParamType::String];
+    fn read(values: &Values) -> Result<Self, String> {
+        match values {
+            Values::Strings(s) => Ok(s.clone()),
+            _ => Err("strings".into()),
+        }
+    }
+    fn show(&self) -> String {
+        format!("[{}]", self.iter().map(|s| format!("\"{}\"", s.value)).collect::<Vec<_>>().join(" "))
+    }
+}
+
 impl FromParam for Vec<f64> {
     const TYPES: &'static [ParamType] = &[ParamType::Float];
     fn read(values: &Values) -> Result<Self, String> {

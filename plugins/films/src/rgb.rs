@@ -14,6 +14,7 @@
 //! | `lambdamax` | float | 830 | nm | greatest recorded wavelength |
 //! | `exposure` | float | 0 | stops | brightness of the PNG |
 //! | `tonecurve` | string | "clip" | | of the PNG: `clip`, `reinhard` or `aces` |
+//! | `layers` | string | [] | | what else is recorded: see "Layers" in the language reference |
 //!
 //! ```bhs
 //! Film "rgb" "integer xresolution" 640 "integer yresolution" 480 "float exposure" 1
@@ -23,6 +24,8 @@
 use crate::cie::{Observer, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
 use bhs_core::Plugin;
 use bhs_core::camera::Film;
+use bhs_core::diagnostics::{Diagnostic, Spanned};
+use bhs_core::layer::Layer;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 
@@ -62,6 +65,7 @@ struct Rgb {
     observer: Observer,
     scale: f32,
     curve: ToneCurve,
+    layers: Vec<Layer>,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Film>> {
@@ -78,6 +82,7 @@ fn build(p: &Params) -> Option<Box<dyn Film>> {
     let hi = p.get_in("lambdamax", 830.0, 1.0..=1e7, "nm", "greatest recorded wavelength") as f32;
     let exposure = p.get_in("exposure", 0.0, -64.0..=64.0, "stops", "brightness of the PNG");
     let curve = p.get("tonecurve", "clip".to_owned(), "", "of the PNG: `clip`, `reinhard` or `aces`");
+    let layers = read_layers(p);
     if lo >= hi {
         p.reject("lambdamax", "`lambdamax` is not above `lambdamin`", format!("expected more than {lo} nm"));
         return None;
@@ -117,7 +122,27 @@ fn build(p: &Params) -> Option<Box<dyn Film>> {
         observer: Observer::cie_1931(),
         scale: 2f32.powf(exposure as f32),
         curve,
+        layers,
     }))
+}
+
+/// The layers that the scene asks for, each once.
+fn read_layers(p: &Params) -> Vec<Layer> {
+    let mut layers = Vec::new();
+    for name in p.get("layers", Vec::<Spanned<String>>::new(), "", "what else is recorded, such as \"sweptangle\"") {
+        match Layer::from_name(&name.value) {
+            Ok(layer) if layers.contains(&layer) => p.report(
+                Diagnostic::error("duplicate-layer", format!("the layer `{}` is named twice", name.value))
+                    .at(name.span, "named again here")
+                    .help("remove one of the two"),
+            ),
+            Ok(layer) => layers.push(layer),
+            Err(help) => {
+                p.report(Diagnostic::error("unknown-layer", "unknown layer of the film").at(name.span, "").help(help));
+            }
+        }
+    }
+    layers
 }
 
 impl Film for Rgb {
@@ -139,6 +164,10 @@ impl Film for Rgb {
 
     fn channels(&self) -> Vec<String> {
         ["R", "G", "B"].map(str::to_owned).to_vec()
+    }
+
+    fn layers(&self) -> &[Layer] {
+        &self.layers
     }
 
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]) {
@@ -177,6 +206,7 @@ mod tests {
             observer: Observer::cie_1931(),
             scale: 1.0,
             curve: ToneCurve::Clip,
+            layers: Vec::new(),
         };
         let n = 4096;
         let mut sums = [0.0; 3];

@@ -55,6 +55,11 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
     builtin::names()
 }
 
+/// The standard illuminant D65, scaled to luminance 1: a surface of reflectance 1 under it has the linear sRGB colour (1, 1, 1).
+pub fn d65() -> &'static dyn Spectrum {
+    &colorimetry::colorimetry().d65
+}
+
 /// Makes spectra from parameters with the plugins of this crate.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Builder;

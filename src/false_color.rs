@@ -1,0 +1,137 @@
+//! Layers as pictures that a person can look at.
+//!
+//! A number becomes a colour of viridis, from dark blue at the data's 1st percentile to yellow at its 99th. A vector becomes
+//! red, green and blue: positions each axis over its own range, directions from -1 to 1. What has no value is black.
+
+use crate::film::LayerPicture;
+use crate::layers::Value;
+use bhs_core::layer::Layer;
+use std::path::{Path, PathBuf};
+
+/// The colour map viridis (Smith, van der Walt and Firing 2015, matplotlib, CC0) at ten equal steps, sRGB.
+const VIRIDIS: [[u8; 3]; 10] = [
+    [0x44, 0x01, 0x54],
+    [0x48, 0x28, 0x78],
+    [0x3e, 0x49, 0x89],
+    [0x31, 0x68, 0x8e],
+    [0x26, 0x82, 0x8e],
+    [0x1f, 0x9e, 0x89],
+    [0x35, 0xb7, 0x79],
+    [0x6e, 0xce, 0x58],
+    [0xb5, 0xde, 0x2b],
+    [0xfd, 0xe7, 0x25],
+];
+
+/// Shares of the values that lie below and above the range of the colours.
+const TAIL: f64 = 0.01;
+
+/// A layer with the range of its values that the colours show.
+pub struct FalseColor<'p> {
+    picture: &'p LayerPicture,
+    /// Least and greatest shown value of each channel, in the layer's unit; `None` if no pixel has a value.
+    ranges: Option<[[f64; 2]; 3]>,
+}
+
+impl<'p> FalseColor<'p> {
+    /// Finds the range.
+    pub fn new(picture: &'p LayerPicture) -> Self {
+        let fixed = match picture.layer {
+            Layer::Normal | Layer::ShadingNormal => Some([-1.0, 1.0]),
+            Layer::Albedo | Layer::Outcome => Some([0.0, 1.0]),
+            _ => None,
+        };
+        let valued: Vec<&Value> = picture.values.iter().flatten().collect();
+        let channel = |c: usize| fixed.unwrap_or_else(|| percentiles(valued.iter().map(|v| v[c]).collect()));
+        let ranges = (!valued.is_empty()).then(|| std::array::from_fn(channel));
+        Self { picture, ranges }
+    }
+
+    /// The colours of all pixels, sRGB, row by row from the top.
+    pub fn pixels(&self) -> Vec<[u8; 3]> {
+        self.picture.values.iter().map(|value| value.map_or([0; 3], |v| self.color(v))).collect()
+    }
+
+    fn color(&self, value: Value) -> [u8; 3] {
+        let Some(ranges) = self.ranges else { return [0; 3] };
+        let share = |c: usize| {
+            let ([lo, hi], v): ([f64; 2], f64) = (ranges[c], value[c]);
+            if hi > lo { ((v - lo) / (hi - lo)).clamp(0.0, 1.0) } else { 0.5 }
+        };
+        let byte = |x: f64| (255.0 * x + 0.5) as u8;
+        match self.picture.layer {
+            l if l.channels().len() == 1 => viridis(share(0)),
+            // Reflectances are light; the others are numbers.
+            Layer::Albedo => std::array::from_fn(|c| byte(f64::from(bhs_films::cie::srgb_encode(share(c) as f32)))),
+            _ => std::array::from_fn(|c| byte(share(c))),
+        }
+    }
+}
+
+/// What the colours mean, in words.
+impl std::fmt::Display for FalseColor<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let layer = self.picture.layer;
+        let Some(ranges) = self.ranges else { return write!(f, "{}: no pixel has a value", layer.name()) };
+        let unit = match layer.unit() {
+            "" => String::new(),
+            "scene" => " scene units".to_owned(),
+            unit => format!(" {unit}"),
+        };
+        let colors = if layer.channels().len() == 1 { "dark blue to yellow" } else { "red, green, blue" };
+        let shown: Vec<String> = ranges[..layer.channels().len()].iter().map(|[lo, hi]| format!("{lo:.6} to {hi:.6}")).collect();
+        write!(f, "{}: {}{unit} ({colors})", layer.name(), shown.join(", "))
+    }
+}
+
+/// The file of a layer beside the picture `exr`: `<stem>.<layer>.png`.
+pub fn path(exr: &Path, layer: Layer) -> PathBuf {
+    exr.with_extension(format!("{}.png", layer.name()))
+}
+
+/// The 1st and the 99th percentile of some numbers, at least one.
+fn percentiles(mut values: Vec<f64>) -> [f64; 2] {
+    values.sort_by(f64::total_cmp);
+    let last = values.len() - 1;
+    [TAIL, 1.0 - TAIL].map(|p| values[(p * last as f64).round() as usize])
+}
+
+/// The colour at `t` between 0 and 1.
+fn viridis(t: f64) -> [u8; 3] {
+    let at = t * (VIRIDIS.len() - 1) as f64;
+    let i = (at as usize).min(VIRIDIS.len() - 2);
+    let s = at - i as f64;
+    std::array::from_fn(|c| (f64::from(VIRIDIS[i][c]) * (1.0 - s) + f64::from(VIRIDIS[i + 1][c]) * s + 0.5) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn colors(layer: Layer, values: Vec<Option<Value>>) -> (Vec<[u8; 3]>, String) {
+        let picture = LayerPicture { layer, values };
+        let shown = FalseColor::new(&picture);
+        (shown.pixels(), shown.to_string())
+    }
+
+    #[test]
+    fn numbers_run_from_dark_blue_to_yellow_and_outliers_do_not_stretch_them() {
+        let mut values: Vec<Option<Value>> = (0..=200).map(|i| Some([f64::from(i), 0.0, 0.0])).collect();
+        values[200] = Some([1e9, 0.0, 0.0]);
+        values.push(None);
+        let (pixels, said) = colors(Layer::SweptAngle, values);
+        assert_eq!((pixels[0], pixels[199], pixels[200], pixels[201]), (VIRIDIS[0], VIRIDIS[9], VIRIDIS[9], [0; 3]));
+        assert!(pixels[100][1] > pixels[50][1] && pixels[150][1] > pixels[100][1], "green grows along viridis");
+        assert_eq!(said, "sweptangle: 2.000000 to 198.000000 rad (dark blue to yellow)");
+    }
+
+    #[test]
+    fn constant_and_empty_layers_have_colours_too() {
+        assert_eq!(colors(Layer::Winding, vec![Some([3.0; 3]); 4]).0, vec![viridis(0.5); 4]);
+        assert_eq!(colors(Layer::Winding, vec![None]), (vec![[0; 3]], "winding: no pixel has a value".to_owned()));
+    }
+
+    #[test]
+    fn directions_are_red_green_and_blue() {
+        assert_eq!(colors(Layer::Normal, vec![Some([1.0, -1.0, 0.0])]).0, [[255, 0, 128]]);
+    }
+}
