@@ -10,6 +10,7 @@ pub mod compare;
 pub mod film;
 pub mod image;
 pub mod lang;
+pub mod plot;
 pub mod plugins_table;
 pub mod progress;
 pub mod registry;

@@ -1,0 +1,200 @@
+//! Hits on the dragon of `scenes/gold_dragon.bhs` against those of the closed form with very short chords.
+
+use crate::table::{Summary, Table};
+use anyhow::Result;
+use bhs::lang::{BuiltScene, Overrides};
+use bhs::plot::{Chart, Series};
+use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::sampling::{SampleStream, cosine_hemisphere};
+use bhs_core::stats::TraceLog;
+use bhs_core::world::World;
+use bhs_integrators::flight::Tolerance;
+use bhs_integrators::{Adaptive, Exact, Rk4};
+use glam::DVec2;
+use std::time::Instant;
+
+/// Rays of each kind.
+const RAYS: usize = 40_000;
+
+/// Tolerance of the truth, relative to the scene's diagonal.
+const TRUTH: f64 = 1e-7;
+
+/// Steps of `schwarzschild-rk4` (rad).
+const STEPS: [f64; 6] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01];
+
+/// Tolerances, relative to the scene's diagonal.
+const TOLERANCES: [f64; 7] = [1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+
+/// A hit this far from the true one, relative to the scene's diagonal, is somewhere else.
+const ELSEWHERE: f64 = 1e-2;
+
+/// More steps than any ray takes.
+const MOST_STEPS: u64 = 1_000_000;
+
+/// The scene's diagonal (scene units).
+pub fn diagonal(world: &World) -> f64 {
+    (world.bounds.max - world.bounds.min).length()
+}
+
+/// The truth: closed orbits, very short chords.
+pub fn truth(world: &World) -> Exact {
+    Exact::new(Tolerance::Absolute(TRUTH * diagonal(world)), MOST_STEPS)
+}
+
+/// Camera rays through random places of the picture.
+fn camera_rays(built: &BuiltScene) -> Vec<Ray> {
+    let [width, height] = built.film.resolution().map(f64::from);
+    let ray = |i: usize| {
+        let mut stream = SampleStream::new(&*built.sampler, [0, 0], i as u32);
+        let at = stream.next_2d().as_dvec2() * DVec2::new(width, height);
+        let seen = built.camera.ray(at, stream.next_2d());
+        let direction = built.scene.camera.frame.chart_direction(seen.direction);
+        Ray { origin: seen.origin, direction, footprint: built.scene.footprints.camera }
+    };
+    (0..RAYS).map(ray).collect()
+}
+
+/// Rays of the given kind that leave the surfaces which camera rays arrive at, as light leaves a white wall.
+fn bounce_rays(built: &BuiltScene, from: &[Ray]) -> Vec<Ray> {
+    let (scene, integrator) = (&built.scene, truth(&built.scene.world));
+    let lambda = bhs_core::spectrum::SampledWavelengths::visible(0.5, 360.0, 830.0);
+    let bounce = |(i, ray): (usize, &Ray)| {
+        let Arrival::Surface(hit) = integrator.trace(&scene.world, ray, &mut TraceLog::default()) else { return None };
+        let vertex = scene.vertex(hit, &lambda)?;
+        let mut stream = SampleStream::new(&*built.sampler, [1, 0], i as u32);
+        let wi = cosine_hemisphere(stream.next_2d());
+        let wi = if vertex.wo.z < 0.0 { -wi } else { wi };
+        vertex.is_consistent(wi).then(|| vertex.spawn(&scene.world, wi, scene.footprints.rough))
+    };
+    from.iter().enumerate().filter_map(bounce).collect()
+}
+
+/// Camera rays and bounce rays of a scene.
+pub fn rays(built: &BuiltScene) -> [Vec<Ray>; 2] {
+    let camera = camera_rays(built);
+    let bounce = bounce_rays(built, &camera);
+    [camera, bounce]
+}
+
+/// How the arrivals of rays differ from the true ones.
+pub struct Differences {
+    /// Distance from the true hit, of rays that hit the same triangle (scene units).
+    pub distance: Summary,
+    /// Shares of all rays: that hit another triangle, that arrive elsewhere or not at all.
+    pub other_triangle: f64,
+    pub elsewhere: f64,
+    /// Per ray.
+    pub queries: f64,
+    pub nanoseconds: f64,
+}
+
+/// Follows `rays` and compares their arrivals with the true ones.
+pub fn differences(world: &World, integrator: &dyn Integrator, rays: &[Ray], truth: &[Arrival]) -> Differences {
+    let mut log = TraceLog::default();
+    let start = Instant::now();
+    let found: Vec<Arrival> = rays.iter().map(|ray| integrator.trace(world, ray, &mut log)).collect();
+    let seconds = start.elapsed().as_secs_f64();
+    let far = ELSEWHERE * diagonal(world);
+    let (mut same, mut other, mut elsewhere) = (Vec::new(), 0, 0);
+    for (t, f) in truth.iter().zip(&found) {
+        match (t, f) {
+            (Arrival::Surface(t), Arrival::Surface(f)) => {
+                let distance = (t.point - f.point).length();
+                if (t.geometry, t.primitive) == (f.geometry, f.primitive) {
+                    same.push(distance);
+                } else {
+                    other += 1;
+                    elsewhere += u32::from(distance > far);
+                }
+            }
+            (Arrival::Sky(_), Arrival::Sky(_)) | (Arrival::Hole, Arrival::Hole) => {}
+            _ => {
+                other += 1;
+                elsewhere += 1;
+            }
+        }
+    }
+    let n = rays.len() as f64;
+    Differences {
+        distance: Summary::of(same),
+        other_triangle: f64::from(other) / n,
+        elsewhere: f64::from(elsewhere) / n,
+        queries: log.counters.queries as f64 / n,
+        nanoseconds: seconds * 1e9 / n,
+    }
+}
+
+/// Where rays truly arrive.
+pub fn arrivals(world: &World, rays: &[Ray]) -> Vec<Arrival> {
+    let integrator = truth(world);
+    rays.iter().map(|ray| integrator.trace(world, ray, &mut TraceLog::default())).collect()
+}
+
+/// The integrators to measure: name, setting as shown, setting as a number if it has one.
+fn candidates(diagonal: f64) -> Vec<(&'static str, String, Option<f64>, Box<dyn Integrator>)> {
+    let mut all: Vec<(&'static str, String, Option<f64>, Box<dyn Integrator>)> = Vec::new();
+    for step in STEPS {
+        all.push(("rk4", format!("{step} rad"), Some(step), Box::new(Rk4::new(step, MOST_STEPS))));
+    }
+    for t in TOLERANCES {
+        let made = Adaptive::new(Tolerance::Absolute(t * diagonal), MOST_STEPS);
+        all.push(("adaptive", format!("{t:.0e}"), Some(t), Box::new(made)));
+    }
+    all.push(("adaptive", "default".into(), None, Box::new(Adaptive::new(Tolerance::DEFAULT, MOST_STEPS))));
+    for t in TOLERANCES {
+        let made = Exact::new(Tolerance::Absolute(t * diagonal), MOST_STEPS);
+        all.push(("exact", format!("{t:.0e}"), Some(t), Box::new(made)));
+    }
+    all.push(("exact", "default".into(), None, Box::new(Exact::new(Tolerance::DEFAULT, MOST_STEPS))));
+    all
+}
+
+pub fn measure() -> Result<()> {
+    let built = crate::scene("gold_dragon", &Overrides::default())?;
+    let world = &built.scene.world;
+    let diagonal = diagonal(world);
+    for (kind, rays) in ["camera", "bounce"].into_iter().zip(rays(&built)) {
+        let truth = arrivals(world, &rays);
+        let mut table = Table::new(&[
+            "integrator",
+            "step or tolerance",
+            "median",
+            "99 %",
+            "worst",
+            "other triangle",
+            "elsewhere",
+            "queries a ray",
+            "ns a ray",
+        ]);
+        let mut lines: Vec<Series> = Vec::new();
+        for (name, shown, setting, integrator) in candidates(diagonal) {
+            let d = differences(world, &*integrator, &rays, &truth);
+            let relative = |e: f64| e / diagonal;
+            let distance =
+                Summary { median: relative(d.distance.median), p99: relative(d.distance.p99), worst: relative(d.distance.worst) };
+            let [median, p99, worst] = distance.cells();
+            let shares = [d.other_triangle, d.elsewhere].map(|s| format!("{:.3} %", 100.0 * s));
+            let [other, elsewhere] = shares;
+            let (queries, time) = (format!("{:.1}", d.queries), format!("{:.0}", d.nanoseconds));
+            table.row(&[name.to_owned(), shown, median, p99, worst, other, elsewhere, queries, time]);
+            let Some(setting) = setting.filter(|_| name != "exact") else { continue };
+            for (what, value) in [("median", distance.median), ("99 %", distance.p99), ("worst", distance.worst)] {
+                let line = format!("{name}, {what}");
+                match lines.iter_mut().find(|l| l.name == line) {
+                    Some(l) => l.points.push([setting, value]),
+                    None => lines.push(Series { name: line, points: vec![[setting, value]], dashed: false }),
+                }
+            }
+        }
+        lines.push(Series { name: "error = tolerance".into(), points: TOLERANCES.map(|t| [t, t]).to_vec(), dashed: true });
+        table.finish(&format!("hits_{kind}"))?;
+        let chart = Chart {
+            title: format!("Hits of {kind} rays on the gold dragon"),
+            x: "step (rad) or tolerance / diagonal".into(),
+            y: "distance from the true hit / diagonal".into(),
+            series: lines,
+        };
+        crate::write(&format!("hits_{kind}.svg"), &chart.to_svg())?;
+    }
+    Ok(())
+}
