@@ -143,23 +143,35 @@ pub fn arrivals(world: &World, rays: &[Ray]) -> Vec<Arrival> {
     rays.iter().map(|ray| integrator.trace(world, ray, &mut TraceLog::default())).collect()
 }
 
-/// The integrators to measure: name, setting as shown, setting as a number if it has one.
-fn candidates(diagonal: f64) -> Vec<(&'static str, String, Option<f64>, Box<dyn Integrator>)> {
-    let mut all: Vec<(&'static str, String, Option<f64>, Box<dyn Integrator>)> = Vec::new();
-    for step in STEPS {
-        all.push(("rk4", format!("{step} rad"), Some(step), Box::new(Rk4::new(step, MOST_STEPS))));
-    }
-    for t in TOLERANCES {
-        let made = Adaptive::new(Tolerance::Absolute(t * diagonal), MOST_STEPS);
-        all.push(("adaptive", format!("{t:.0e}"), Some(t), Box::new(made)));
-    }
-    all.push(("adaptive", "default".into(), None, Box::new(Adaptive::new(Tolerance::DEFAULT, MOST_STEPS))));
-    for t in TOLERANCES {
-        let made = Exact::new(Tolerance::Absolute(t * diagonal), MOST_STEPS);
-        all.push(("exact", format!("{t:.0e}"), Some(t), Box::new(made)));
-    }
-    all.push(("exact", "default".into(), None, Box::new(Exact::new(Tolerance::DEFAULT, MOST_STEPS))));
-    all
+/// An integrator to measure.
+struct Candidate {
+    name: &'static str,
+    /// Step or tolerance, as shown.
+    shown: String,
+    /// The same as a number; `None` for what scenes get that do not ask for anything.
+    setting: Option<f64>,
+    integrator: Box<dyn Integrator>,
+}
+
+fn candidates(diagonal: f64) -> Vec<Candidate> {
+    let rk4 = STEPS.map(|step| Candidate {
+        name: "rk4",
+        shown: format!("{step} rad"),
+        setting: Some(step),
+        integrator: Box::new(Rk4::new(step, MOST_STEPS)),
+    });
+    let tolerances = || TOLERANCES.map(Some).into_iter().chain([None]);
+    let by_tolerance = |name, make: fn(Tolerance) -> Box<dyn Integrator>| {
+        tolerances().map(move |setting| Candidate {
+            name,
+            shown: setting.map_or("default".into(), |t| format!("{t:.0e}")),
+            setting,
+            integrator: make(setting.map_or(Tolerance::DEFAULT, |t| Tolerance::Absolute(t * diagonal))),
+        })
+    };
+    let adaptive = by_tolerance("adaptive", |t| Box::new(Adaptive::new(t, MOST_STEPS)));
+    let exact = by_tolerance("exact", |t| Box::new(Exact::new(t, MOST_STEPS)));
+    rk4.into_iter().chain(adaptive).chain(exact).collect()
 }
 
 pub fn measure() -> Result<()> {
@@ -181,7 +193,7 @@ pub fn measure() -> Result<()> {
             "ns a ray",
         ]);
         let mut lines: Vec<Series> = Vec::new();
-        for (name, shown, setting, integrator) in candidates(diagonal) {
+        for Candidate { name, shown, setting, integrator } in candidates(diagonal) {
             let d = differences(world, &*integrator, &rays, &truth);
             let relative = |e: f64| e / diagonal;
             let distance =

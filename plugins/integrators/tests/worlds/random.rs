@@ -85,7 +85,14 @@ impl Case {
         Self { world: world(surfaces, at + center * scale, rs), scale, at, closed, twins }
     }
 
-    /// What an arrival is about, as far as two integrators must agree on it. Which one of equal triangles is hit does not matter.
+    /// Whether two rays end on the same surface on the same turn around the hole, or both do not. Which one of equal triangles is
+    /// hit does not matter.
+    pub fn agree(&self, a: &End, b: &End) -> bool {
+        let same_turn = !matches!(a.arrival, Arrival::Surface(_)) || (a.phi - b.phi).abs() < 1.0;
+        self.outcome(&a.arrival) == self.outcome(&b.arrival) && same_turn
+    }
+
+    /// What an arrival is about, as far as two integrators must agree on it.
     pub fn outcome(&self, a: &Arrival) -> (u8, u32, u32) {
         match a {
             Arrival::Surface(hit) if hit.geometry == 0 => (0, 0, self.twins[hit.primitive as usize]),
@@ -139,6 +146,14 @@ impl Case {
             return (kind, Ray::new(origin, direction.normalize()));
         }
     }
+}
+
+/// Where a ray ends.
+#[derive(Clone, Copy, Debug)]
+pub struct End {
+    pub arrival: Arrival,
+    /// Angle swept until there (rad).
+    pub phi: f64,
 }
 
 /// Kinds of random rays.
