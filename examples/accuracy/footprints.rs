@@ -14,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 
 /// Size of the pictures, and samples a pixel.
 const SIZE: [u32; 2] = [64, 48];
-const SAMPLES: u32 = 128;
+const SAMPLES: u32 = 64;
 
 /// Side of the blocks whose means are compared (pixels).
 const BLOCK: usize = 8;
