@@ -12,6 +12,7 @@ pub mod film;
 pub mod image;
 pub mod lang;
 pub mod layers;
+pub mod plot;
 pub mod plugins_table;
 pub mod progress;
 pub mod registry;

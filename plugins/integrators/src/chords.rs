@@ -33,8 +33,14 @@ const WORTHWHILE: f64 = 0.5;
 const LONGEST: f64 = 1.0;
 
 /// The angle of a chord that strays from its orbit by no more than `distance`, in radians.
+///
+/// A chord solves `u'' + u = 0`, so that its gap in u grows by `(3/2) rs u^2`: to `(3/2) rs u^2 (1/cos(dphi/2) - 1)` in its middle
+/// where r does not change much, which is `(3/2) rs (1/cos(dphi/2) - 1)` in r; and where r does change, the gap across the ray is less.
 pub fn chord_angle(rs: f64, distance: f64) -> f64 {
-    (16.0 / 3.0 * distance / rs).sqrt().clamp(1e-5, LONGEST)
+    let x = distance / (1.5 * rs);
+    // 1/cos = 1 + x, by the tangent, which keeps its digits for small x.
+    let half = (x * (2.0 + x)).sqrt().atan();
+    (2.0 * half).clamp(1e-5, LONGEST)
 }
 
 /// The distance from the hole within which all geometry lies (scene units); 0 where there is none.

@@ -80,7 +80,7 @@ pub fn static_observer(world: &World, point: DVec3) -> Option<Observer> {
 pub enum Tolerance {
     /// A distance (scene units).
     Absolute(f64),
-    /// A tenth of the ray's footprint; [`UNKNOWN`] for one of unknown footprint.
+    /// A tenth of the ray's footprint; 1e-4 of the diagonal of all surfaces for one of unknown footprint.
     Footprint,
 }
 

@@ -6,6 +6,7 @@ use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
+use bhs_integrators::chords::reach;
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::flight::Tolerance;
 use bhs_integrators::orbit::{OrbitPlane, State};
@@ -126,6 +127,57 @@ fn hits_lie_on_the_orbit_and_on_the_sphere_to_twelve_digits() {
         assert!((found.point - point).cross(direction).length() < 1e-5);
     }
     assert!(inside > 50, "{inside}");
+}
+
+#[test]
+fn chords_stray_from_the_orbit_by_no_more_than_the_tolerance() {
+    // Nothing to hit but two specks in opposite corners, which set the bounds.
+    let speck = |at: DVec3| [at, at + DVec3::X * 1e-6, at + DVec3::Y * 1e-6];
+    let mut dice = Dice(7);
+    let (mut chords, mut farthest) = (0, 0.0f64);
+    for _ in 0..1000 {
+        let (center, rs) = (dice.point(1.2), 0.4 * dice.unit());
+        let empty = world(vec![mesh(&[speck(DVec3::splat(-1.0)), speck(DVec3::splat(1.0))])], center, rs);
+        let ray = Ray::new(dice.point(1.0), dice.direction());
+        if (ray.origin - center).length() < 1.001 * rs {
+            continue;
+        }
+        let reach = reach(&empty, &empty.hole.unwrap());
+        let (plane, start) = OrbitPlane::of_ray(center, ray.origin, ray.direction);
+        let form = ClosedForm::new(rs, start.u, start.du);
+        if form.epsilon().abs() < 1e-9 {
+            continue;
+        }
+        for tolerance in [3e-2, 1e-3, 1e-5] {
+            for tracer in [&exact(tolerance) as &dyn Integrator, &adaptive(tolerance)] {
+                let mut log = TraceLog { polyline: Some(Vec::new()), ..Default::default() };
+                tracer.trace(&empty, &ray, &mut log);
+                let mut phi = 0.0;
+                for ends in log.polyline.unwrap().windows(2) {
+                    let [a, b] = ends else { unreachable!() };
+                    let outward = [*a, *b].map(|p| (p - center).normalize());
+                    let swept = outward[0].cross(outward[1]).length().atan2(outward[0].dot(outward[1]));
+                    let along = (*b - *a).normalize();
+                    for k in 1..16 {
+                        let at = phi + swept * f64::from(k) / 16.0;
+                        let (u, du) = form.at(at);
+                        let point = plane.point(&State { phi: at, u, du });
+                        // Beyond the sphere around all geometry, where chords are cut, nothing can be missed.
+                        if u * reach < 1.0 {
+                            continue;
+                        }
+                        let gap = (point - *a).cross(along).length();
+                        farthest = farthest.max(gap / tolerance);
+                        assert!(gap <= tolerance, "{gap:.2e} > {tolerance}: {ray:?}, hole {center} {rs}, phi {at}");
+                    }
+                    phi += swept;
+                    chords += 1;
+                }
+            }
+        }
+    }
+    eprintln!("{chords} chords, farthest {farthest:.2} tolerances from the orbit");
+    assert!(chords > 100_000 && farthest > 0.9, "{chords} {farthest}");
 }
 
 #[test]

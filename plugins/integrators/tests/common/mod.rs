@@ -7,6 +7,7 @@ use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::world::World;
 use bhs_intersectors::reference::Reference;
 use glam::{DVec3, Vec2};
+use std::ops::AddAssign;
 use std::sync::Arc;
 
 /// Random numbers (SplitMix64, Steele et al. 2014).
@@ -38,6 +39,26 @@ impl Dice {
         let r = (1.0 - z * z).sqrt();
         DVec3::new(r * cos, r * sin, z)
     }
+}
+
+/// What `case` says of each of the numbers below `count`, added up; on all processors. The sum must not depend on the order.
+pub fn on_all_processors<T: Default + AddAssign + Send>(count: u64, case: impl Fn(u64) -> T + Sync) -> T {
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
+    let sum_of_every = |first: u64| {
+        let mut sum = T::default();
+        for number in (first..count).step_by(threads as usize) {
+            sum += case(number);
+        }
+        sum
+    };
+    std::thread::scope(|scope| {
+        let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || sum_of_every(first))).collect();
+        let mut sum = T::default();
+        for thread in running {
+            sum += thread.join().unwrap_or_else(|failure| std::panic::resume_unwind(failure));
+        }
+        sum
+    })
 }
 
 /// A sphere.
