@@ -103,8 +103,15 @@ pub fn measure() -> Result<()> {
         "queries a ray",
         "processor time / truth",
     ]);
-    let overrides = Overrides { resolution: Some(SIZE), spp: Some(SAMPLES), ..Default::default() };
-    for name in ["cornell_hole", "spheres_hole", "gold_dragon"] {
+    for (name, transport) in [
+        ("cornell_hole", "path"),
+        ("cornell_hole", "hemisphere"),
+        ("spheres_hole", "path"),
+        ("gold_dragon", "path"),
+    ] {
+        let transport = Some(transport.to_owned());
+        let overrides = Overrides { resolution: Some(SIZE), spp: Some(SAMPLES), transport: transport.clone(), ..Default::default() };
+        let shown_name = format!("{name}, {}", transport.unwrap_or_default());
         let mut built = crate::scene(name, &overrides)?;
         let diagonal = diagonal(&built.scene.world);
         let camera = built.scene.footprints.camera / FINER;
@@ -126,7 +133,7 @@ pub fn measure() -> Result<()> {
             let integrator = Adaptive::new(Tolerance::Absolute(0.1 * rough * diagonal), 100_000);
             let d = differences(&built.scene.world, &integrator, &bounces, &ends);
             table.row(&[
-                name.to_owned(),
+                shown_name.clone(),
                 format!("{rough:.0e}"),
                 percent(bias / level),
                 percent(error / level),
@@ -141,7 +148,7 @@ pub fn measure() -> Result<()> {
         let none = ["", "", "", "", "", ""].map(str::to_owned);
         let [a, b, c, d, e, f] = none;
         let shown = format!("{TRUTH:.0e} (truth)");
-        table.row(&[name.to_owned(), shown, a, b, c, d, e, f, queries(&truth.counters), format!("{:.0} s", truth.seconds)]);
+        table.row(&[shown_name, shown, a, b, c, d, e, f, queries(&truth.counters), format!("{:.0} s", truth.seconds)]);
     }
     table.finish("footprints")
 }
