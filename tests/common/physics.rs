@@ -50,13 +50,7 @@ pub fn rgb_of(radiance: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], fine: u32) -> [
 
 /// The spectral radiance that the scene's method finds at the wavelengths `lambda_nm` along the local direction `local` of the
 /// observer at the camera; sample number `index`.
-pub fn radiance(
-    built: &BuiltScene,
-    local: DVec3,
-    lambda_nm: [f32; N_LAMBDA],
-    index: u32,
-    log: &mut TraceLog,
-) -> [f32; N_LAMBDA] {
+pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], index: u32, log: &mut TraceLog) -> [f32; N_LAMBDA] {
     let scene = &built.scene;
     let direction = scene.camera.frame.chart_direction(local);
     let ray = Ray { footprint: scene.footprints.camera, ..Ray::new(built.camera.position(), direction) };
@@ -95,6 +89,8 @@ pub fn swept_to_pericentre(um: f64, u: f64) -> f64 {
     };
     let n = 2000;
     let h = (um - u).sqrt() / f64::from(n);
-    let sum: f64 = (0..=n).map(|i| integrand(f64::from(i) * h) * [1.0, 4.0, 2.0][if i == 0 || i == n { 0 } else { 2 - i % 2 } as usize]).sum();
+    let sum: f64 = (0..=n)
+        .map(|i| integrand(f64::from(i) * h) * [1.0, 4.0, 2.0][if i == 0 || i == n { 0 } else { 2 - i % 2 } as usize])
+        .sum();
     sum * h / 3.0
 }
