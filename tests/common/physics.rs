@@ -77,7 +77,8 @@ pub fn lattice(i: u32, offset: DVec2) -> DVec2 {
 
 /// Sine of the angle from the hole at which a static observer at `r` (in rs) sees the shadow's edge (Synge 1966).
 pub fn shadow_sine(r: f64) -> f64 {
-    1.5 * 3f64.sqrt() * lapse(r) / r
+    // 1 at 1.5 rs, but for rounding.
+    (1.5 * 3f64.sqrt() * lapse(r) / r).min(1.0)
 }
 
 /// Angle swept (rad) by the orbit with pericentre `1/um` from radius `1/u` to it, rs = 1: the quadrature of `du / sqrt(P(u))`, the
