@@ -272,7 +272,7 @@ fn example(ty: ParamType) -> &'static str {
         ParamType::Point2 | ParamType::Vector2 => "two numbers in brackets",
         ParamType::Point3 | ParamType::Vector3 | ParamType::Normal | ParamType::Rgb => "three numbers in brackets",
         ParamType::Spectrum => "a name or numbers in brackets",
-        ParamType::Blackbody => "a temperature in kelvin",
+        ParamType::Blackbody | ParamType::Tolman => "a temperature in kelvin",
     }
 }
 

@@ -1,6 +1,8 @@
 //! What the tests share: scenes from text, and rays through them.
 #![allow(dead_code)] // each test program uses a part of it
 
+pub mod physics;
+
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
 use bhs::progress::Progress;
 use bhs::registry::Registry;

@@ -26,7 +26,7 @@ pub trait Files {
 
 /// Makes spectra from parameters; implemented by the program over the spectrum plugins.
 pub trait SpectrumSource {
-    /// The spectrum that `param` (of type `spectrum`, `rgb`, `blackbody` or `float`) describes.
+    /// The spectrum that `param` (of type `spectrum`, `rgb`, `blackbody`, `tolman` or `float`) describes.
     ///
     /// # Errors
     /// Everything that is wrong with it.
@@ -365,7 +365,9 @@ impl<'a> Params<'a> {
         self.asked.borrow_mut().push(ParamInfo { name, ty: "spectrum", default: shown, unit, about });
         let param = self.find(name)?;
         match param.ty.value {
-            ParamType::Spectrum | ParamType::Rgb | ParamType::Blackbody | ParamType::Float => self.build_spectrum(param, role),
+            ParamType::Spectrum | ParamType::Rgb | ParamType::Blackbody | ParamType::Tolman | ParamType::Float => {
+                self.build_spectrum(param, role)
+            }
             other => {
                 self.wrong_type(
                     param,

@@ -29,13 +29,15 @@ pub enum ParamType {
     Rgb,
     /// A temperature in kelvin.
     Blackbody,
+    /// A temperature in kelvin, far from the hole.
+    Tolman,
     /// The name of a texture.
     Texture,
 }
 
 impl ParamType {
     /// All types, in the order of the language reference.
-    pub const ALL: [ParamType; 13] = [
+    pub const ALL: [ParamType; 14] = [
         Self::Float,
         Self::Integer,
         Self::Bool,
@@ -48,6 +50,7 @@ impl ParamType {
         Self::Spectrum,
         Self::Rgb,
         Self::Blackbody,
+        Self::Tolman,
         Self::Texture,
     ];
 
@@ -66,6 +69,7 @@ impl ParamType {
             Self::Spectrum => "spectrum",
             Self::Rgb => "rgb",
             Self::Blackbody => "blackbody",
+            Self::Tolman => "tolman",
             Self::Texture => "texture",
         }
     }

@@ -14,7 +14,7 @@ use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::PrimitiveHit;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::{Located, World};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// How far a chord reaches beyond its ends, relative to the coordinates there: neighbouring chords overlap by more than
 /// single precision can tear them apart. Also how far beside its facet a hit may lie, for the same reason.
@@ -81,6 +81,8 @@ pub struct Chords<'w> {
     bounds: Aabb,
     /// 1/r of the sphere around the hole that holds all geometry; infinite where there is none.
     u_bound: f64,
+    /// Angle at which the ray begins, in radians.
+    begin: f64,
     /// Where the next chord begins.
     last: Place,
     /// The last chord; `None` where the ray begins.
@@ -99,6 +101,7 @@ impl<'w> Chords<'w> {
             angle,
             bounds: world.bounds.grown(margin),
             u_bound: if reach > 0.0 { 1.0 / (reach + margin) } else { f64::INFINITY },
+            begin: start.phi,
             last: Place { phi: start.phi, u: start.u, point: origin },
             before: None,
         }
@@ -221,10 +224,13 @@ impl<'w> Chords<'w> {
         let swept = span.to.phi - span.from.phi;
         let rounding = OVERLAP * located.point.abs().max_element();
         let near = 4.0 * (3.0 / 16.0 * self.rs * swept * swept) + rounding;
-        let meeting = match &self.world.geometries[hit.geometry as usize] {
+        let hit_geometry = &self.world.geometries[hit.geometry as usize];
+        let meeting = match hit_geometry {
             Geometry::Mesh(mesh) => Some(on_facet(&self.plane, step, [&span.from, &span.to], guess, mesh.corners(hit.primitive))),
             Geometry::Analytic(surface) => on_surface(&self.plane, step, guess, &**surface, near, length),
         };
+        // Of a ray that leaves a curved surface, the tangent's way back leads to where it left: no place of the ray.
+        let meeting = meeting.filter(|m| m.state.phi > self.begin || matches!(hit_geometry, Geometry::Mesh(_)));
         // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
         // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep. A joint
         // must not lie on a surface that it may graze, or rounding lets the ray slip through there: hence just behind it.
@@ -238,8 +244,31 @@ impl<'w> Chords<'w> {
             let second = Span { from: at, before: Some(at.point - from), ..*span };
             return self.search(step, &first, splits - 1, log).or_else(|| self.search(step, &second, splits - 1, log));
         }
+        if met.is_none()
+            && span.before.is_none()
+            && let Some(after) = self.rises_again(step, span, &hit, &segment, &located)
+        {
+            return self.search(step, &Span { from: after, before: None, ..*span }, 0, log);
+        }
         let on_chord = || Meeting { state: step.at(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
-        Some(self.arrive(&met.unwrap_or_else(on_chord), &hit, way / length, log))
+        Some(self.arrive(&met.unwrap_or_else(on_chord), &hit, &located, way / length, log))
+    }
+
+    /// Where the ray is when its chord, which dipped below the curved surface that the ray leaves, has come out of it again.
+    fn rises_again<D: Dense>(
+        &self,
+        step: &D,
+        span: &Span,
+        hit: &PrimitiveHit,
+        segment: &Segment,
+        located: &Located,
+    ) -> Option<Place> {
+        let Geometry::Analytic(surface) = &self.world.geometries[hit.geometry as usize] else { return None };
+        let rounding = OVERLAP * located.point.abs().max_element() / segment.direction.length();
+        let out = surface.intersect(&Segment { t_min: located.t + rounding, ..*segment })?;
+        let phi = self.angle_of(span, segment.at(out));
+        let s = step.at(phi.max(span.from.phi));
+        (phi < span.to.phi).then(|| Place { phi: s.phi, u: s.u, point: self.plane.point(&s) })
     }
 
     /// Whether a surface that the chord `way` meets before its own beginning is one that the chord before approached without
@@ -252,19 +281,24 @@ impl<'w> Chords<'w> {
         before.dot(normal) * way.dot(normal) <= 0.0
     }
 
-    /// The arrival at a surface that a chord in the direction `chord` met.
-    fn arrive(&self, met: &Meeting, hit: &PrimitiveHit, chord: DVec3, log: &mut TraceLog) -> SurfaceHit {
+    /// The arrival at a surface that a chord in the direction `chord` met where it is `located`.
+    fn arrive(&self, met: &Meeting, hit: &PrimitiveHit, located: &Located, chord: DVec3, log: &mut TraceLog) -> SurfaceHit {
         log.phi = met.state.phi;
-        let hit = SurfaceHit {
-            point: met.point,
-            direction: self.plane.direction(&met.state),
+        let at = |point: DVec3, direction: DVec3, barycentric: DVec2| SurfaceHit {
+            point,
+            direction,
             geometry: hit.geometry,
             primitive: hit.primitive,
-            barycentric: met.barycentric,
+            barycentric,
         };
-        // The orbit's own tangent, unless it would arrive from the other side of the surface than the chord did.
-        let normal = self.world.surface(&hit).normal;
-        if hit.direction.dot(normal) * chord.dot(normal) > 0.0 { hit } else { SurfaceHit { direction: chord, ..hit } }
+        // The side that the chord came from: where it met the surface, for a curved one may have turned away between there and here.
+        let side = self.world.surface(&at(located.point, chord, located.barycentric)).normal.dot(chord);
+        let tangent = self.plane.direction(&met.state);
+        let found = at(met.point, tangent, met.barycentric);
+        let normal = self.world.surface(&found).normal;
+        let along = tangent.dot(normal);
+        // A tangent that would arrive from the other side does so at grazing incidence: it is turned to this side.
+        if along * side > 0.0 { found } else { SurfaceHit { direction: tangent - normal * (2.0 * along), ..found } }
     }
 
     /// The angle swept at a point of the chord of `span`, in radians.

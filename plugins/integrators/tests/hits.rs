@@ -301,3 +301,34 @@ fn nothing_leaks_from_a_closed_room() {
     eprintln!("{bounces} bounces, at most {worst_queries} queries a ray");
     assert!(bounces > 30_000);
 }
+
+#[test]
+fn light_that_leaves_a_ball_around_the_hole_ends_on_it_only_where_it_comes_back() {
+    // Outside of 1.5 rs light that moves outwards never turns back. Within, what leaves with b > b_crit does, and arrives from outside:
+    // with sin(alpha) > b_crit sqrt(f)/r in the local frame, whose tangents are those of the chart times sqrt(f).
+    for (radius, returns) in [(1.05, true), (1.2, true), (1.45, true), (1.5001, false), (1.6, false), (4.0, false)] {
+        let shell = world(vec![ball(DVec3::ZERO, radius), room(DVec3::splat(-6.0), DVec3::splat(6.0))], DVec3::ZERO, 1.0);
+        let sqrt_f = (1.0f64 - 1.0 / radius).sqrt();
+        let escape = 1.5 * 3f64.sqrt() * sqrt_f / radius;
+        let steepest = if returns { 0.95 * sqrt_f * (1.0 - escape * escape).sqrt() / escape } else { 0.25 };
+        for tolerance in [0.1, 1e-2, 1e-3] {
+            let tracers: [&dyn Integrator; 3] = [&exact(tolerance), &adaptive(tolerance), &Rk4::new(0.1, 10_000)];
+            for tracer in tracers {
+                let mut dice = Dice(6);
+                for _ in 0..2000 {
+                    let n = dice.direction();
+                    let across = n.cross(dice.direction()).normalize();
+                    // As far off the surface as rays begin; steeper than the angle at which it is left by the rounding of that.
+                    let slope = dice.within(0.005, steepest);
+                    let ray = Ray::new(n * (radius + 2e-6), (across + n * slope).normalize());
+                    let hit = surface(tracer, &shell, &ray).expect("the room is closed, and so is the ball");
+                    assert_eq!(hit.geometry == 0, returns, "radius {radius}, tolerance {tolerance}, slope {slope}: {hit:?}");
+                    if returns {
+                        let normal = shell.surface(&hit).normal;
+                        assert!(hit.direction.dot(normal) < 0.0, "radius {radius}, slope {slope}: from inside, {hit:?}");
+                    }
+                }
+            }
+        }
+    }
+}

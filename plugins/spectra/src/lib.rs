@@ -11,6 +11,7 @@
 //! | `"spectrum x" "cornell-white"` | `builtin` |
 //! | `"rgb x" [0.8 0.1 0.1]` | `rgb` |
 //! | `"blackbody x" 5500` | `blackbody` |
+//! | `"tolman x" 3000` | `tolman` |
 //!
 //! Outside its data a table keeps its end value. `"spectrum x" ["paint.spd" "zero-outside"]` makes it zero there, and a
 //! table written in the scene may end with a step to zero (see `table`).
@@ -26,10 +27,12 @@ mod builtin;
 mod colorimetry;
 mod constant;
 mod file;
+mod planck;
 mod rgb;
 mod sellmeier;
 mod table;
 mod tabulated;
+mod tolman;
 mod upsample;
 
 /// A spectrum, or everything that is wrong with its parameter.
@@ -48,7 +51,7 @@ pub struct SpectrumPlugin {
 
 /// All ways to describe a spectrum.
 pub const ALL: &[SpectrumPlugin] =
-    &[blackbody::PLUGIN, builtin::PLUGIN, constant::PLUGIN, file::PLUGIN, rgb::PLUGIN, table::PLUGIN];
+    &[blackbody::PLUGIN, builtin::PLUGIN, constant::PLUGIN, file::PLUGIN, rgb::PLUGIN, table::PLUGIN, tolman::PLUGIN];
 
 /// The names of the built-in spectra, in the order of the reference.
 pub fn builtin_names() -> impl Iterator<Item = &'static str> {
@@ -69,6 +72,7 @@ impl SpectrumSource for Builder {
         let plugin = match (param.ty.value, &param.values) {
             (ParamType::Rgb, _) => rgb::PLUGIN,
             (ParamType::Blackbody, _) => blackbody::PLUGIN,
+            (ParamType::Tolman, _) => tolman::PLUGIN,
             (ParamType::Float, _) => constant::PLUGIN,
             (_, Values::Numbers { values, .. }) if values.len() <= 1 => constant::PLUGIN,
             (_, Values::Numbers { .. }) => table::PLUGIN,
@@ -125,5 +129,5 @@ fn check_role(
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["colorimetry", "sellmeier", "tabulated", "upsample"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["colorimetry", "planck", "sellmeier", "tabulated", "upsample"]);
 }

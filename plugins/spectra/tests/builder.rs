@@ -219,6 +219,18 @@ fn blackbody_only_emits() {
     expect(numbers(ParamType::Blackbody, &[6500.0, 1.0], Emission), VALUES, &["one temperature"]);
 }
 
+#[test]
+fn tolman_only_emits_and_is_a_black_body_far_from_the_hole() {
+    let (tolman, far) =
+        (good(numbers(ParamType::Tolman, &[3000.0], Emission)), good(numbers(ParamType::Blackbody, &[3000.0], Emission)));
+    let hot = good(numbers(ParamType::Blackbody, &[6000.0], Emission));
+    let lambda = [300.0, 450.0, 600.0, 900.0];
+    assert_eq!(tolman.sample(lambda), far.sample(lambda));
+    assert_eq!(tolman.sample_at(lambda, 0.5), hot.sample(lambda));
+    expect(numbers(ParamType::Tolman, &[3000.0], Reflectance), Span { file: 0, start: 10, end: 18 }, &["only describes"]);
+    expect(numbers(ParamType::Tolman, &[0.0], Emission), VALUES, &["`L` is 0 K", "greater than 0 K"]);
+}
+
 /// Linear sRGB of a radiance as a film records it, from the tables of the data folder.
 fn film_rgb(radiance: &dyn Spectrum) -> [f64; 3] {
     let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/data/cie1931_2deg_1nm.csv")).expect("data");

@@ -1,0 +1,97 @@
+//! What tests of physics hold pictures against: Planck's law, the eye, orbits by quadrature. Nothing here comes from the program.
+
+use bhs::lang::BuiltScene;
+use bhs_core::integrator::Ray;
+use bhs_core::sampling::SampleStream;
+use bhs_core::spectrum::{N_LAMBDA, SampledWavelengths};
+use bhs_core::stats::TraceLog;
+use glam::{DVec2, DVec3};
+
+/// `sqrt(1 - rs/r)` with r in units of rs: the clock of a static observer at r over one far away.
+pub fn lapse(r: f64) -> f64 {
+    (1.0 - 1.0 / r).sqrt()
+}
+
+/// Spectral radiance of a black body [W m^-2 sr^-1 nm^-1] by Planck's law, in SI units throughout.
+pub fn planck(temperature: f64, lambda_nm: f64) -> f64 {
+    let (h, c, k) = (6.626_070_15e-34, 299_792_458.0, 1.380_649e-23);
+    let l = lambda_nm * 1e-9;
+    2.0 * h * c * c / l.powi(5) / (h * c / (l * k * temperature)).exp_m1() * 1e-9
+}
+
+/// Linear sRGB that a film of the range `lo..hi` (nm) records of `radiance`: trapezia of 1/`fine` nm over the CIE 1931 table,
+/// `XYZ = integral(L xyz-bar) / integral(y-bar)`, and the matrix of IEC 61966-2-1.
+pub fn rgb_of(radiance: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], fine: u32) -> [f64; 3] {
+    let table = super::read("plugins/films/data/cie1931_2deg_1nm.csv");
+    let rows: Vec<[f64; 4]> = table
+        .lines()
+        .filter_map(|l| l.split(',').map(|w| w.parse().ok()).collect::<Option<Vec<f64>>>()?.try_into().ok())
+        .collect();
+    assert_eq!(rows.len(), 471);
+    let (mut xyz, mut y) = ([0.0; 3], 0.0);
+    for pair in rows.windows(2) {
+        for i in 0..fine {
+            let t = (f64::from(i) + 0.5) / f64::from(fine);
+            let [l, bar @ ..]: [f64; 4] = std::array::from_fn(|k| pair[0][k] + t * (pair[1][k] - pair[0][k]));
+            y += bar[1] / f64::from(fine);
+            if (lo..hi).contains(&l) {
+                let value = radiance(l);
+                xyz.iter_mut().zip(bar).for_each(|(sum, bar)| *sum += value * bar / f64::from(fine));
+            }
+        }
+    }
+    let [x, g, z] = xyz.map(|v| v / y);
+    [
+        3.240_479 * x - 1.537_150 * g - 0.498_535 * z,
+        -0.969_256 * x + 1.875_991 * g + 0.041_556 * z,
+        0.055_648 * x - 0.204_043 * g + 1.057_311 * z,
+    ]
+}
+
+/// The spectral radiance that the scene's method finds at the wavelengths `lambda_nm` along the local direction `local` of the
+/// observer at the camera; sample number `index`.
+pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], index: u32, log: &mut TraceLog) -> [f32; N_LAMBDA] {
+    let scene = &built.scene;
+    let direction = scene.camera.frame.chart_direction(local);
+    let ray = Ray { footprint: scene.footprints.camera, ..Ray::new(built.camera.position(), direction) };
+    let mut lambda = SampledWavelengths { lambda_nm, pdf: [1.0; N_LAMBDA] };
+    let mut stream = SampleStream::new(&*built.sampler, [0, 0], index);
+    built.transport.radiance(scene, ray, &mut lambda, &mut stream, log).0
+}
+
+/// `n` directions spread evenly over the sphere (a Fibonacci lattice), with the z axis as its own.
+pub fn directions(n: u32) -> impl Iterator<Item = DVec3> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..n).map(move |i| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
+        let (sin, cos) = (golden * f64::from(i)).sin_cos();
+        let s = (1.0 - z * z).sqrt();
+        DVec3::new(s * cos, s * sin, z)
+    })
+}
+
+/// Point `i` of the additive recurrence in two dimensions (Roberts 2018), with the given offset.
+pub fn lattice(i: u32, offset: DVec2) -> DVec2 {
+    (offset + DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3) * f64::from(i)).fract_gl()
+}
+
+/// Sine of the angle from the hole at which a static observer at `r` (in rs) sees the shadow's edge (Synge 1966).
+pub fn shadow_sine(r: f64) -> f64 {
+    // 1 at 1.5 rs, but for rounding.
+    (1.5 * 3f64.sqrt() * lapse(r) / r).min(1.0)
+}
+
+/// Angle swept (rad) by the orbit with pericentre `1/um` from radius `1/u` to it, rs = 1: the quadrature of `du / sqrt(P(u))`, the
+/// singular factor `um - u = w^2` taken out (Simpson's rule in w).
+pub fn swept_to_pericentre(um: f64, u: f64) -> f64 {
+    let integrand = |w: f64| {
+        let u = um - w * w;
+        2.0 / ((um + u) - (um * um + um * u + u * u)).sqrt()
+    };
+    let n = 2000;
+    let h = (um - u).sqrt() / f64::from(n);
+    let sum: f64 = (0..=n)
+        .map(|i| integrand(f64::from(i) * h) * [1.0, 4.0, 2.0][if i == 0 || i == n { 0 } else { 2 - i % 2 } as usize])
+        .sum();
+    sum * h / 3.0
+}
