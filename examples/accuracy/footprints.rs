@@ -103,14 +103,12 @@ pub fn measure() -> Result<()> {
         "queries a ray",
         "processor time / truth",
     ]);
-    for (name, transport) in [
-        ("cornell_hole", "path"),
-        ("cornell_hole", "hemisphere"),
-        ("spheres_hole", "path"),
-        ("gold_dragon", "path"),
-    ] {
+    for (name, transport) in
+        [("cornell_hole", "path"), ("cornell_hole", "hemisphere"), ("spheres_hole", "path"), ("gold_dragon", "path")]
+    {
         let transport = Some(transport.to_owned());
-        let overrides = Overrides { resolution: Some(SIZE), spp: Some(SAMPLES), transport: transport.clone(), ..Default::default() };
+        let overrides =
+            Overrides { resolution: Some(SIZE), spp: Some(SAMPLES), transport: transport.clone(), ..Default::default() };
         let shown_name = format!("{name}, {}", transport.unwrap_or_default());
         let mut built = crate::scene(name, &overrides)?;
         let diagonal = diagonal(&built.scene.world);

@@ -29,6 +29,9 @@ const JOINT: f64 = 1e-3;
 /// Free space is passed over if that gets on by as much as this share of a chord.
 const WORTHWHILE: f64 = 0.5;
 
+/// Far more than the rounding of a length, relative to it.
+const ROUNDING: f64 = 1e-6;
+
 /// Longest chord, in radians, however much it may stray.
 const LONGEST: f64 = 1.0;
 
@@ -125,7 +128,7 @@ impl<'w> Chords<'w> {
                 self.before = Some(to.point - from.point);
                 (self.last, phi) = (to, to.phi);
                 log.counters.leaps += 1;
-                log.point(to.point);
+                self.draw(step, &from, &to, log);
                 continue;
             }
             // Chords of equal angle to the end of the step.
@@ -150,6 +153,17 @@ impl<'w> Chords<'w> {
         None
     }
 
+    /// Notes the points of a stretch that is passed over, as chords would divide it, if somebody wants them.
+    fn draw<D: Dense>(&self, step: &D, from: &Place, to: &Place, log: &mut TraceLog) {
+        if log.polyline.is_some() {
+            let count = ((to.phi - from.phi) / self.angle).ceil();
+            for k in 1..count as u64 {
+                log.point(self.place(step, from.phi + (to.phi - from.phi) * k as f64 / count).point);
+            }
+            log.point(to.point);
+        }
+    }
+
     /// The end of a stretch from the place `from`, no farther than the angle `end`, that nothing is near to; `None` if that would
     /// be shorter than a chord.
     ///
@@ -169,7 +183,8 @@ impl<'w> Chords<'w> {
             }
             let to = self.place(step, phi);
             let chord = to.point - from.point;
-            let needed = 0.5 * chord.length() + 3.0 / 8.0 * self.rs * swept * swept;
+            // A little more, lest rounding let a long stretch begin within the surfaces and its middle be as far from them as that.
+            let needed = (0.5 + ROUNDING) * chord.length() + 3.0 / 8.0 * self.rs * swept * swept;
             if to.u > 0.0 && needed <= clearance.at(from.point + 0.5 * chord) {
                 return Some(to);
             }

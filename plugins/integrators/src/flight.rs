@@ -90,6 +90,9 @@ const TENTH: f64 = 0.1;
 /// Tolerance of a ray of unknown footprint, relative to the diagonal of the box around all surfaces.
 const UNKNOWN: f64 = 1e-4;
 
+/// Relative error of orbits where there is no surface to give distances a scale: far below a pixel.
+const SKY_ERROR: f64 = 1e-7;
+
 impl Tolerance {
     /// What scenes get that do not ask for anything.
     pub const DEFAULT: Self = Self::Footprint;
@@ -124,6 +127,7 @@ impl Tolerance {
 
     /// `share` of the tolerance, relative to the distance from the hole to the farthest surface.
     pub fn relative(self, flight: &Flight, share: f64) -> f64 {
-        (share * self.distance(flight.world, flight.ray.footprint) / reach(flight.world, flight.hole)).min(1e-2)
+        let reach = reach(flight.world, flight.hole);
+        if reach > 0.0 { (share * self.distance(flight.world, flight.ray.footprint) / reach).min(1e-2) } else { SKY_ERROR }
     }
 }
