@@ -109,7 +109,7 @@ pub fn measure() -> Result<()> {
         let transport = Some(transport.to_owned());
         let overrides =
             Overrides { resolution: Some(SIZE), spp: Some(SAMPLES), transport: transport.clone(), ..Default::default() };
-        let shown_name = format!("{name}, {}", transport.unwrap_or_default());
+        let shown_name = format!("{name} {}", transport.unwrap_or_default());
         let mut built = crate::scene(name, &overrides)?;
         let diagonal = diagonal(&built.scene.world);
         let camera = built.scene.footprints.camera / FINER;

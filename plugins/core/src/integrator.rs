@@ -66,13 +66,17 @@ pub struct Connection {
     pub phi: f64,
 }
 
+/// The largest number of pairs of geodesics that an integrator offers: each further turn around a hole makes light some 500 times
+/// fainter.
+pub const MOST_TURNS: usize = 3;
+
 /// The two geodesics between a pair of points that make the same number of whole turns around the hole: first the one that goes
 /// the shorter way round (in flat space the only one), then the one that goes round the other side.
 pub type ConnectionPair = [Option<Connection>; 2];
 
 /// What an integrator that can join two points offers for light sampling.
 pub trait Connections: Send + Sync {
-    /// How many pairs of geodesics it offers between two points.
+    /// How many pairs of geodesics it offers between two points, at most [`MOST_TURNS`].
     fn turns(&self) -> u32;
     /// The geodesics from `x` to `y` that make `turn` < [`Connections::turns`] whole turns, whether or not something stands in
     /// their way; `None` where there is none.

@@ -22,7 +22,7 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connection, Connections, Ray};
+use bhs_core::integrator::{Arrival, Connection, Connections, MOST_TURNS, Ray};
 use bhs_core::light_sampling::LightSample;
 use bhs_core::params::Params;
 use bhs_core::sampling::{SampleStream, balance_heuristic};
@@ -167,28 +167,31 @@ fn sample_light(
     let spare = stream.next_1d();
     let Some(light) = scene.sample_light(choice, u) else { return sum };
     let from = vertex.hit.point;
-    for turn in 0..connections.turns() {
+    let mut images = [None; 2 * MOST_TURNS];
+    for (turn, images) in (0..connections.turns()).zip(images.chunks_exact_mut(2)) {
         let pair = connections.connect(&scene.world, from, light.point, turn);
-        let pair = pair.map(|c| c.map(|c| (c, carried(scene, vertex, &light, &c, lambda))));
-        let all: f32 = pair.iter().flatten().map(|(_, light)| light.max()).sum();
-        for (c, light_carried) in pair.iter().flatten() {
-            log.counters.connections += 1;
-            let share = light_carried.max() / all;
-            let looked_at = (share / FAINT).min(1.0);
-            // Of the two, at most one is faint: one number will do.
-            if light_carried.is_zero() || spare >= looked_at {
-                continue;
-            }
-            log.counters.connections_searched += 1;
-            let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, c.launch) };
-            let queries = log.counters.queries;
-            let visible = connections.visible(&scene.world, &start, from, light.point, c, log);
-            log.counters.connection_queries += log.counters.queries - queries;
-            if visible {
-                sum += *light_carried * (1.0 / looked_at);
-            } else {
-                log.counters.connections_blocked += 1;
-            }
+        for (image, connection) in images.iter_mut().zip(pair) {
+            *image = connection.map(|c| (c, carried(scene, vertex, &light, &c, lambda)));
+        }
+    }
+    let images = images.iter().flatten();
+    let all: f32 = images.clone().map(|(_, light)| light.max()).sum();
+    for (c, carried) in images {
+        log.counters.connections += 1;
+        let looked_at = (carried.max() / (FAINT * all)).min(1.0);
+        // One number for all: each image by itself is looked at as often as it should be.
+        if carried.is_zero() || spare >= looked_at {
+            continue;
+        }
+        log.counters.connections_searched += 1;
+        let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, c.launch) };
+        let queries = log.counters.queries;
+        let visible = connections.visible(&scene.world, &start, from, light.point, c, log);
+        log.counters.connection_queries += log.counters.queries - queries;
+        if visible {
+            sum += *carried * (1.0 / looked_at);
+        } else {
+            log.counters.connections_blocked += 1;
         }
     }
     sum
