@@ -123,6 +123,9 @@ impl<'w> Chords<'w> {
         let mut pace = start.u.hypot(start.du) / (start.u * start.u);
         while phi < end.phi {
             let from = self.last;
+            if from.u <= 0.0 {
+                return None;
+            }
             if let Some(to) = self.leap(step, &from, end.phi, pace) {
                 pace = (to.point - from.point).length() / (to.phi - from.phi);
                 self.before = Some(to.point - from.point);

@@ -140,7 +140,7 @@ fn laurent_series(epsilon: f64) -> [f64; TERMS] {
 /// orbit's continuations behind the horizon and beyond infinity, some 3 rad each.
 const STRETCH: f64 = 1.0;
 
-/// An orbit given by its closed form, in stretches; the last one is cut at infinity or at the horizon.
+/// An orbit given by its closed form, in stretches.
 #[derive(Clone, Copy, Debug)]
 pub struct ExactOrbit<'a> {
     form: &'a ClosedForm,
@@ -188,9 +188,8 @@ impl<'a> Stepper for ExactOrbit<'a> {
     fn advance(&mut self) -> (ExactStep<'a>, Fate) {
         let phi = self.state.phi + room(self.form.rs, &self.state, STRETCH);
         let (u, du) = self.form.at(phi);
-        let whole = ExactStep { form: self.form, start: self.state, end: State { phi, u, du } };
-        let (step, fate) = whole.within_space(self.form.rs);
+        let step = ExactStep { form: self.form, start: self.state, end: State { phi, u, du } };
         self.state = step.end;
-        (step, fate)
+        (step, step.fate(self.form.rs))
     }
 }

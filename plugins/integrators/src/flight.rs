@@ -1,7 +1,7 @@
 //! One ray around the hole, from its start to where it ends: what the curved integrators share.
 
 use crate::chords::{Chords, chord_angle, reach};
-use crate::orbit::{Fate, OrbitPlane, State, Stepper};
+use crate::orbit::{Dense, Fate, OrbitPlane, State, Stepper};
 use crate::straight::Straight;
 use bhs_core::blackhole::{BlackHole, Observer};
 use bhs_core::integrator::{Arrival, Integrator, Ray};
@@ -48,14 +48,16 @@ impl<'w> Flight<'w> {
         for _ in 0..max_steps {
             let (step, fate) = orbit.advance();
             log.counters.steps += 1;
+            let step = if fate == Fate::Captured { step.within_space(self.hole.rs) } else { step };
             if let Some(hit) = chords.meet(&step, log) {
                 log.counters.hit += 1;
                 return Arrival::Surface(hit);
             }
-            log.phi = crate::orbit::Dense::end(&step).phi;
+            log.phi = step.end().phi;
             match fate {
                 Fate::Underway => {}
                 Fate::Escaped => {
+                    log.phi = step.within_space(self.hole.rs).end().phi;
                     log.counters.escaped += 1;
                     return Arrival::Sky(self.plane.radial(log.phi));
                 }

@@ -77,9 +77,9 @@ impl OrbitPlane {
 pub enum Fate {
     /// It can be stepped further.
     Underway,
-    /// The step ends at infinity, u = 0.
+    /// The step reaches infinity, u = 0, and may go on beyond it.
     Escaped,
-    /// The step ends on the horizon, u = 1/rs.
+    /// The step reaches the horizon, u = 1/rs, and may go on behind it.
     Captured,
 }
 
@@ -87,8 +87,9 @@ pub enum Fate {
 pub trait Stepper {
     /// What it goes by.
     type Step: Dense;
-    /// Takes one step and says how the orbit goes on; the last one is cut at infinity or at the horizon. Not to be called
-    /// after the orbit has ended.
+    /// Takes one step and says how the orbit goes on. Where the last one leaves space is left to [`Dense::within_space`], for it
+    /// takes as long to find out as some steps, and rays mostly end on a surface before. Not to be called after the orbit has
+    /// ended.
     fn advance(&mut self) -> (Self::Step, Fate);
 }
 
@@ -131,15 +132,23 @@ pub trait Dense: Copy {
         State { u: target, ..s }
     }
 
-    /// The part of the stretch that lies outside the horizon and this side of infinity, and how the orbit goes on after it.
-    fn within_space(self, rs: f64) -> (Self, Fate) {
-        let horizon = 1.0 / rs;
-        let (target, fate) = match self.end().u {
-            u if u >= horizon => (horizon, Fate::Captured),
-            u if u <= 0.0 => (0.0, Fate::Escaped),
-            _ => return (self, Fate::Underway),
+    /// How the orbit goes on after the stretch.
+    fn fate(&self, rs: f64) -> Fate {
+        match self.end().u {
+            u if u >= 1.0 / rs => Fate::Captured,
+            u if u <= 0.0 => Fate::Escaped,
+            _ => Fate::Underway,
+        }
+    }
+
+    /// The part of the stretch that lies outside the horizon and this side of infinity.
+    fn within_space(self, rs: f64) -> Self {
+        let target = match self.fate(rs) {
+            Fate::Captured => 1.0 / rs,
+            Fate::Escaped => 0.0,
+            Fate::Underway => return self,
         };
-        (self.until(self.crossing(self.start(), self.end(), target)), fate)
+        self.until(self.crossing(self.start(), self.end(), target))
     }
 }
 
@@ -228,9 +237,8 @@ impl Stepper for Rk4Orbit {
     fn advance(&mut self) -> (Step, Fate) {
         let h = room(self.rs, &self.state, self.step);
         let (u, du) = rk4(self.rs, self.state.u, self.state.du, h);
-        let whole = Step { rs: self.rs, start: self.state, end: State { phi: self.state.phi + h, u, du } };
-        let (step, fate) = whole.within_space(self.rs);
+        let step = Step { rs: self.rs, start: self.state, end: State { phi: self.state.phi + h, u, du } };
         self.state = step.end;
-        (step, fate)
+        (step, step.fate(self.rs))
     }
 }

@@ -37,12 +37,12 @@ fn the_closed_form_has_twelve_digits_in_all_regimes() {
 }
 
 /// Follows an orbit to its end, without looking at its points.
-fn end<S: Stepper>(mut orbit: S) -> (State, Fate) {
+fn end<S: Stepper>(rs: f64, mut orbit: S) -> (State, Fate) {
     for _ in 0..10_000 {
         let (step, fate) = orbit.advance();
         assert!(step.end().u.is_finite() && step.end().du.is_finite() && step.end().phi > step.start().phi);
         if fate != Fate::Underway {
-            return (step.end(), fate);
+            return (step.within_space(rs).end(), fate);
         }
     }
     panic!("the orbit does not end");
@@ -54,7 +54,7 @@ fn orbits_end_where_they_must() {
         let (rs, u0, du0, phi) = (x[0], x[1], x[2], x[4]);
         let captured = line.contains("captured");
         let expected = if captured { Fate::Captured } else { Fate::Escaped };
-        let (last, fate) = end(ExactOrbit::new(&ClosedForm::new(rs, u0, du0)));
+        let (last, fate) = end(rs, ExactOrbit::new(&ClosedForm::new(rs, u0, du0)));
         assert_eq!(fate, expected, "{line}");
         // u cannot be told to better than a rounding error, nor the angle at which it has a given value.
         let rounding = |last: &State| f64::EPSILON * (16.0 * phi + 4.0 * u0.max(last.u) / last.du.abs());
@@ -64,7 +64,7 @@ fn orbits_end_where_they_must() {
         // rounding decides.
         let epsilon = ClosedForm::new(rs, u0, du0).epsilon().abs();
         if epsilon > 1e-13 {
-            let (last, fate) = end(TaylorOrbit::new(rs, State { phi: 0.0, u: u0, du: du0 }, 1e-10));
+            let (last, fate) = end(rs, TaylorOrbit::new(rs, State { phi: 0.0, u: u0, du: du0 }, 1e-10));
             assert_eq!(fate, expected, "{line}");
             let allowed = 1e-9 * phi + 2e-14 / epsilon + rounding(&last);
             assert!((last.phi - phi).abs() <= allowed, "{regime} {line}: {} allowed {allowed:.1e}", last.phi);
@@ -100,7 +100,7 @@ fn light_comes_back_the_way_it_went() {
         }
         let (plane, start) = OrbitPlane::of_ray(DVec3::ZERO, origin, dice.direction());
         let form = ClosedForm::new(rs, start.u, start.du);
-        let (last, _) = end(ExactOrbit::new(&form));
+        let (last, _) = end(rs, ExactOrbit::new(&form));
         // Anywhere on the way, inside a scene of diameter 4.
         let phi = last.phi * dice.within(0.01, 0.99);
         let (u, du) = form.at(phi);
@@ -135,6 +135,7 @@ fn taylor_orbits_keep_to_their_error() {
             let allowed = error + 1e-15 / form.epsilon().abs();
             loop {
                 let (step, fate) = orbit.advance();
+                let step = step.within_space(rs);
                 let (a, b) = (step.start().phi, step.end().phi);
                 for k in 1..=8 {
                     let s = step.at(a + (b - a) * f64::from(k) / 8.0);

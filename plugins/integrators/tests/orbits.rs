@@ -9,7 +9,7 @@ fn follow(rs: f64, step: f64, state: State) -> (Vec<Step>, Fate) {
     let mut steps = Vec::new();
     loop {
         let (step, fate) = orbit.advance();
-        steps.push(step);
+        steps.push(step.within_space(rs));
         if fate != Fate::Underway {
             return (steps, fate);
         }
