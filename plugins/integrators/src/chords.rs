@@ -120,7 +120,7 @@ impl<'w> Chords<'w> {
         }
         let mut phi = start.phi;
         // Distance covered per radian, to begin with; then that of the last stretch.
-        let mut pace = start.u.hypot(start.du) / (start.u * start.u);
+        let mut pace = (start.u * start.u + start.du * start.du).sqrt() / (start.u * start.u);
         while phi < end.phi {
             let from = self.last;
             if from.u <= 0.0 {

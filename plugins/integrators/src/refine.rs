@@ -98,7 +98,7 @@ pub fn on_surface<D: Dense>(
         };
         let point = middle + direction * ahead;
         // d phi/d s = u sin(alpha)
-        let sin = state.u / state.u.hypot(state.du);
+        let sin = state.u / (state.u * state.u + state.du * state.du).sqrt();
         state = step.at(state.phi + ahead * state.u * sin);
         // What is left is of second order in the last correction.
         if ahead.abs() * state.u <= 1e-9 {

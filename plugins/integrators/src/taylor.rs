@@ -18,6 +18,16 @@ const TERMS: usize = 16;
 /// Longest step, in radians. A straight line sweeps 180 degrees; half of it keeps the ends of an orbit apart.
 const LONGEST: f64 = 1.5;
 
+/// `LONGEST` to the power TERMS - 2.
+const LONGEST_POWER: f64 = {
+    let (mut power, mut n) = (1.0, 0);
+    while n < TERMS - 2 {
+        power *= LONGEST;
+        n += 1;
+    }
+    power
+};
+
 /// An orbit stepped by Taylor series.
 #[derive(Clone, Copy, Debug)]
 pub struct TaylorOrbit {
@@ -113,7 +123,9 @@ impl Stepper for TaylorOrbit {
         // may be small by chance: these would shrink by 8 or so if the nearest pole were some 3 rad away, as it is near the hole.
         let pair = |n: usize| c[n].abs() + LONGEST * c[n + 1].abs();
         let last = pair(TERMS - 2) + 0.125 * pair(TERMS - 4);
-        let longest = (self.error / last).powf(1.0 / (TERMS - 2) as f64).min(LONGEST);
+        // Most steps may be the longest: the root, which costs as much as a fifth of the step, is not needed for that.
+        let share = self.error / last;
+        let longest = if share >= LONGEST_POWER { LONGEST } else { share.powf(1.0 / (TERMS - 2) as f64) };
         let h = room(self.rs, &start, longest);
         let whole = TaylorStep { c, start, end: start };
         let step = whole.until(whole.at(start.phi + h));

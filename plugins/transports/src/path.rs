@@ -117,7 +117,8 @@ impl LightTransport for Path {
             if let Some(c) = connections
                 && !vertex.material.is_specular()
             {
-                radiance += throughput * sample_light(scene, c, &vertex, lambda, stream, log);
+                let found = radiance.max() / throughput.max();
+                radiance += throughput * sample_light(scene, c, &vertex, found, lambda, stream, log);
             }
 
             // ---- The next direction
@@ -158,6 +159,7 @@ fn sample_light(
     scene: &Scene,
     connections: &dyn Connections,
     vertex: &Vertex,
+    found: f32,
     lambda: &SampledWavelengths,
     stream: &mut SampleStream,
     log: &mut TraceLog,
@@ -178,7 +180,7 @@ fn sample_light(
     let all: f32 = images.clone().map(|(_, light)| light.max()).sum();
     for (c, carried) in images {
         log.counters.connections += 1;
-        let looked_at = (carried.max() / (FAINT * all)).min(1.0);
+        let looked_at = (carried.max() / (FAINT * all.max(found))).min(1.0);
         // One number for all: each image by itself is looked at as often as it should be.
         if carried.is_zero() || spare >= looked_at {
             continue;
