@@ -115,45 +115,38 @@ impl Clearance {
         (to + 1 - from).as_u64vec3().element_product()
     }
 
-    /// From marks to steps: the chessboard distance is reached by sweeping along x, y and z, the least of
-    /// `max(steps of a cell, distance to it)` along each.
+    /// From marks to steps: once forwards and once backwards through the grid, each cell is at most one step farther than those of its
+    /// 26 neighbours that have been passed before (exact for the chessboard distance; Borgefors 1986, "Distance transformations
+    /// in digital images").
     fn spread(&mut self) {
         let [nx, ny, nz] = self.size.to_array().map(|n| n as usize);
-        let mut line = Vec::new();
-        let mut sweep = |steps: &mut [u8], start: usize, stride: usize, n: usize| {
-            line.clear();
-            line.extend((0..n).map(|i| steps[start + i * stride]));
-            // A cube of half side k around cell i is free of marks along this line if all cells within k have at least k + 1.
-            for i in 0..n {
-                let mut best = line[i];
-                let mut k = 1;
-                while k < usize::from(best) {
-                    // Beyond the grid there is nothing.
-                    let near = if i >= k { line[i - k] } else { u8::MAX };
-                    let far = if i + k < n { line[i + k] } else { u8::MAX };
-                    best = best.min(near.min(far).max(k as u8));
-                    if i < k && i + k >= n {
-                        break;
-                    }
-                    k += 1;
+        for backwards in [false, true] {
+            for k in 0..ny * nz {
+                let row = if backwards { ny * nz - 1 - k } else { k };
+                let (y, z) = (row % ny, row / ny);
+                // Rows that have been passed: those of the plane before, and the one before in this plane.
+                let (plane, line) = if backwards { (z + 1, y + 1) } else { (z.wrapping_sub(1), y.wrapping_sub(1)) };
+                let beside = [(y.wrapping_sub(1), plane), (y, plane), (y + 1, plane), (line, z)];
+                for (y, z) in beside.into_iter().filter(|(y, z)| *y < ny && *z < nz) {
+                    self.spread_to_row(row * nx, (z * ny + y) * nx, nx);
                 }
-                steps[start + i * stride] = best;
-            }
-        };
-        for z in 0..nz {
-            for y in 0..ny {
-                sweep(&mut self.steps, (z * ny + y) * nx, 1, nx);
-            }
-        }
-        for z in 0..nz {
-            for x in 0..nx {
-                sweep(&mut self.steps, z * ny * nx + x, nx, ny);
+                let steps = &mut self.steps[row * nx..][..nx];
+                for i in 1..nx {
+                    let (to, from) = if backwards { (nx - 1 - i, nx - i) } else { (i, i - 1) };
+                    steps[to] = steps[to].min(steps[from].saturating_add(1));
+                }
             }
         }
-        for y in 0..ny {
-            for x in 0..nx {
-                sweep(&mut self.steps, y * nx + x, nx * ny, nz);
-            }
+    }
+
+    /// The cells of the row that begins at `to` are at most one step farther than their three neighbours in the row at `from`.
+    fn spread_to_row(&mut self, to: usize, from: usize, n: usize) {
+        // One of the two begins behind the end of the other.
+        let (low, high) = self.steps.split_at_mut(to.max(from));
+        let (to, from) = if to < from { (&mut low[to..][..n], &high[..n]) } else { (&mut high[..n], &low[from..][..n]) };
+        for (i, steps) in to.iter_mut().enumerate() {
+            let near = from[i].min(from[i.saturating_sub(1)]).min(from[(i + 1).min(n - 1)]);
+            *steps = (*steps).min(near.saturating_add(1));
         }
     }
 }
@@ -200,6 +193,14 @@ mod tests {
             let geometry = Geometry::Mesh(Arc::new(mesh));
             let bounds = geometry.bounds();
             let grid = Clearance::new(&[geometry], &bounds).expect("a grid");
+            // The steps of each cell are those to the nearest marked one.
+            let cells = || (0..grid.size.z).flat_map(|z| (0..grid.size.y).map(move |y| (y, z)));
+            let cells = || cells().flat_map(|(y, z)| (0..grid.size.x).map(move |x| UVec3::new(x, y, z)));
+            let marked: Vec<UVec3> = cells().filter(|c| grid.steps[grid.index(*c)] == 0).collect();
+            for c in cells().step_by(997) {
+                let nearest = marked.iter().map(|m| (m.as_ivec3() - c.as_ivec3()).abs().max_element()).min();
+                assert_eq!(nearest, Some(i32::from(grid.steps[grid.index(c)])), "case {case}: {c}");
+            }
             let mut free = 0;
             for i in 0..400 {
                 let p = point(i, 7 + case) * 2.0;

@@ -82,7 +82,12 @@ impl Case {
             _ => dice.point(1.2),
         };
         let rs = scale * dice.within(0.002, 0.5) * dice.unit();
-        Self { world: world(surfaces, at + center * scale, rs), scale, at, closed, twins }
+        let mut world = world(surfaces, at + center * scale, rs);
+        // Every other one has to do without knowing where free space is.
+        if dice.unit() < 0.5 {
+            world.clearance = None;
+        }
+        Self { world, scale, at, closed, twins }
     }
 
     /// Whether two rays end on the same surface on the same turn around the hole, or both do not. Which one of equal triangles is
