@@ -32,6 +32,8 @@ pub enum Command {
     },
     /// Follow rays through a scene, or join points by light; one JSON object a line, in input order
     Trace(TraceArgs),
+    /// Measure integrators and light transports on a scene: time against error
+    Bench(BenchArgs),
     /// Compare two EXR pictures
     Compare {
         /// The picture
@@ -115,6 +117,28 @@ pub struct TraceArgs {
     /// What changes the scene
     #[command(flatten)]
     pub scene_args: SceneArgs,
+}
+
+/// `bhs bench`
+#[derive(Args, Debug)]
+pub struct BenchArgs {
+    /// The scene; `-` reads standard input
+    pub scene: PathBuf,
+    /// Camera rays that integrators are measured on, and as many that bounce
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    pub rays: u32,
+    /// Size of the pictures that light transports are measured on
+    #[arg(long, value_name = "WxH", value_parser = resolution, default_value = "96x72")]
+    pub resolution: [u32; 2],
+    /// Only one of the two
+    #[arg(long, value_name = "integrators|transports", value_parser = ["integrators", "transports"])]
+    pub only: Option<String>,
+    /// Folder for the tables (CSV) and charts (SVG); none are written without it
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 fn crop(text: &str) -> Result<[f64; 4], String> {

@@ -1,6 +1,6 @@
 //! What the program's commands do.
 
-use crate::cli::{RenderArgs, SceneArgs, TraceArgs};
+use crate::cli::{BenchArgs, RenderArgs, SceneArgs, TraceArgs};
 use crate::false_color::{self, FalseColor};
 use crate::image::{self, Attribute, OutputFile, Picture};
 use crate::lang::{self, BuiltScene, Overrides, SourceMap};
@@ -264,6 +264,54 @@ pub fn trace(args: &TraceArgs) -> Result<ExitStatus> {
         let name = input.display();
         let file = std::fs::File::open(input).with_context(|| format!("cannot read `{name}`"))?;
         answer(&mut BufReader::new(file)).with_context(|| format!("`{name}`"))?;
+    }
+    Ok(ExitStatus::Done)
+}
+
+/// `bhs bench`
+///
+/// # Errors
+/// If the scene cannot be measured or a file cannot be written.
+pub fn bench(args: &BenchArgs) -> Result<ExitStatus> {
+    if args.scene == Path::new("-") {
+        // It is built many times.
+        eprintln!("error: `bhs bench` needs a file");
+        return Ok(ExitStatus::CommandLine);
+    }
+    // Integrators at the scene's own resolution, which sets what they need not tell apart.
+    let Some(built) = load(&args.scene, &Overrides::default()) else { return Ok(ExitStatus::Fault) };
+    if let Some(folder) = &args.output {
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder `{}`", folder.display()))?;
+    }
+    let wanted = |what: &str| args.only.as_deref().is_none_or(|only| only == what);
+    let mut measured = Vec::new();
+    if wanted("integrators") {
+        measured.extend(crate::bench::integrators::measure(&built, args.rays as usize));
+    }
+    if wanted("transports") {
+        let quietly = |overrides: &Overrides| {
+            let mut sources = SourceMap::new();
+            lang::load(&args.scene.to_string_lossy(), &Registry::builtin(), overrides, &mut sources).ok()
+        };
+        let curved = built.scene.integrator.is_curved();
+        measured.push(crate::bench::transports::measure(quietly, args.resolution, curved)?);
+    }
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let tables: serde_json::Map<_, _> = measured.iter().map(|m| (m.name.to_owned(), m.table.to_json())).collect();
+        writeln!(out, "{}", serde_json::to_string_pretty(&json!({ "scene": built.hash, "tables": tables }))?)?;
+    } else {
+        for m in &measured {
+            writeln!(out, "{}\n\n{}", m.chart.title, m.table.to_markdown())?;
+        }
+    }
+    if let Some(folder) = &args.output {
+        for m in &measured {
+            for (ending, text) in [("csv", m.table.to_csv()), ("svg", m.chart.to_svg())] {
+                let file = OutputFile::reserve(&folder.join(format!("{}.{ending}", m.name)))?;
+                file.finish(|to| Ok(to.write_all(text.as_bytes())?))?;
+            }
+        }
     }
     Ok(ExitStatus::Done)
 }

@@ -4,6 +4,7 @@
 //! The library is what the program `bhs` is made of: [`lang::load`] turns a scene file into a [`lang::BuiltScene`],
 //! [`render::render`] turns that into a picture. What plugins see is the crate `bhs-core`.
 
+pub mod bench;
 pub mod cli;
 pub mod commands;
 pub mod compare;

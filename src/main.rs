@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         Command::Check { scene } => commands::check(scene),
         Command::Plugins { kind, name } => commands::plugins(kind.as_deref(), name.as_deref()),
         Command::Trace(args) => commands::trace(args),
+        Command::Bench(args) => commands::bench(args),
         Command::Compare { a, b, json } => commands::compare(a, b, *json),
     };
     match result {

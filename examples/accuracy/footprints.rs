@@ -1,8 +1,10 @@
 //! What the footprint of rays from rough surfaces does to pictures: the same paths with footprints of several sizes.
 
-use crate::hits::{arrivals, diagonal, differences, rays};
-use crate::table::Table;
+use crate::hits::RAYS;
 use anyhow::Result;
+use bhs::bench::clock::processor_seconds;
+use bhs::bench::rays::{arrivals, bounce_rays, camera_rays, diagonal, differences, truth};
+use bhs::bench::table::Table;
 use bhs::lang::{BuiltScene, Overrides};
 use bhs::progress::Progress;
 use bhs::render::{Job, render};
@@ -44,9 +46,9 @@ fn picture(built: &BuiltScene) -> Rendered {
         sampler: &*built.sampler,
         transport: &*built.transport,
     };
-    let start = crate::processor_seconds();
+    let start = processor_seconds();
     let rendered = render(&job, &Progress::new(0, true), &AtomicBool::new(false));
-    let seconds = crate::processor_seconds() - start;
+    let seconds = processor_seconds() - start;
     // Linear sRGB to luminance (IEC 61966-2-1).
     let luminance = |p: &[f32]| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]);
     Rendered {
@@ -113,8 +115,9 @@ pub fn measure() -> Result<()> {
         let mut built = crate::scene(name, &overrides)?;
         let diagonal = diagonal(&built.scene.world);
         let camera = built.scene.footprints.camera / FINER;
-        let [_, bounces] = rays(&built);
-        let ends = arrivals(&built.scene.world, &bounces);
+        let bounces = bounce_rays(&built, &camera_rays(&built, RAYS));
+        let world = &built.scene.world;
+        let (ends, _) = arrivals(world, &truth(world), &bounces);
         let mut with = |rough: f64| {
             built.scene.footprints = Footprints { camera, rough: rough * diagonal };
             picture(&built)
@@ -129,7 +132,8 @@ pub fn measure() -> Result<()> {
             let (bias, error) = mean(&difference);
             let (blocks, noise) = block_differences(&difference, &truth.luminance);
             let integrator = Adaptive::new(Tolerance::Absolute(0.1 * rough * diagonal), 100_000);
-            let d = differences(&built.scene.world, &integrator, &bounces, &ends);
+            let world = &built.scene.world;
+            let d = differences(world, &arrivals(world, &integrator, &bounces).0, &ends);
             table.row(&[
                 shown_name.clone(),
                 format!("{rough:.0e}"),
@@ -148,5 +152,5 @@ pub fn measure() -> Result<()> {
         let shown = format!("{TRUTH:.0e} (truth)");
         table.row(&[shown_name, shown, a, b, c, d, e, f, queries(&truth.counters), format!("{:.0} s", truth.seconds)]);
     }
-    table.finish("footprints")
+    crate::finish(&table, "footprints")
 }

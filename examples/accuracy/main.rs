@@ -11,7 +11,6 @@
 mod footprints;
 mod hits;
 mod orbits;
-mod table;
 
 use anyhow::{Context, Result, bail};
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
@@ -40,6 +39,12 @@ fn write(name: &str, text: &str) -> Result<()> {
     Ok(())
 }
 
+/// Shows a table and writes it to `docs/accuracy/NAME.csv`.
+fn finish(table: &bhs::bench::table::Table, name: &str) -> Result<()> {
+    eprintln!("\n{}", table.to_markdown());
+    write(&format!("{name}.csv"), &table.to_csv())
+}
+
 /// The project's root folder.
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -52,19 +57,5 @@ fn scene(name: &str, overrides: &Overrides) -> Result<BuiltScene> {
     match lang::load(&path.to_string_lossy(), &Registry::builtin(), overrides, &mut sources) {
         Ok(built) => Ok(built),
         Err(found) => bail!("{}", bhs::report::render(&found, &sources, false)),
-    }
-}
-
-/// Processor time that this program has taken so far on all its threads (s), which other programs disturb less than the clock on the
-/// wall; where the system does not tell, the time since the first call.
-fn processor_seconds() -> f64 {
-    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
-    let elapsed = START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64();
-    // proc_pid_stat(5): fields 14 and 15, in hundredths of a second; names in field 2 may hold spaces.
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let ticks = stat.rsplit_once(')').map(|(_, rest)| rest.split_whitespace().skip(11).take(2).map(str::parse::<f64>));
-    match ticks.and_then(|t| t.collect::<Result<Vec<f64>, _>>().ok()) {
-        Some(times) if times.len() == 2 => 0.01 * (times[0] + times[1]),
-        _ => elapsed,
     }
 }

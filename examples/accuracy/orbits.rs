@@ -1,7 +1,8 @@
 //! Orbits against the table of `tests/reference`, which has 30 digits.
 
-use crate::table::{Summary, Table};
 use anyhow::{Context, Result};
+use bhs::bench::rays::Summary;
+use bhs::bench::table::Table;
 use bhs::plot::{Chart, Series};
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::orbit::{Dense, Fate, Rk4Orbit, State, Stepper};
@@ -106,7 +107,7 @@ pub fn measure() -> Result<()> {
         let chart = Chart { title, x: x.into(), y: "distance across the orbit / r".into(), series: lines };
         crate::write(&format!("orbits_{name}.svg"), &chart.to_svg())?;
     }
-    table.finish("orbits")
+    crate::finish(&table, "orbits")
 }
 
 /// The line `setting^order`.

@@ -1,0 +1,145 @@
+//! Light transports on a scene: seconds against noise.
+
+use super::clock::{median, processor_seconds};
+use super::table::Table;
+use super::{Measured, Tradeoff, pareto_front, series};
+use crate::compare::compare;
+use crate::image::Picture;
+use crate::lang::{BuiltScene, Overrides};
+use crate::plot::Chart;
+use crate::progress::Progress;
+use crate::render::{Job, render};
+use anyhow::{Context, Result};
+use bhs_core::blackhole::Observer;
+use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
+use bhs_core::stats::TraceLog;
+use bhs_core::world::World;
+use glam::DVec3;
+use std::sync::atomic::AtomicBool;
+
+/// How the baseline follows rays: fixed micro-steps (Aikawa, Zhou and Wang 2019).
+const BASELINE: &str = "schwarzschild-rk4";
+
+/// Samples a pixel that every method is measured with.
+const SAMPLES: [u32; 3] = [4, 16, 64];
+
+/// How often each is rendered, with seeds of its own.
+const ROUNDS: u64 = 3;
+
+/// Samples of the reference over the most samples that are measured.
+const REFERENCE: u32 = 16;
+
+/// An integrator that does not say which rays join two points, so that lamps are found by chance.
+struct Unconnected(Box<dyn Integrator>);
+
+impl Integrator for Unconnected {
+    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
+        self.0.trace(world, ray, log)
+    }
+
+    fn observer(&self, world: &World, point: DVec3) -> Option<Observer> {
+        self.0.observer(world, point)
+    }
+
+    fn connections(&self) -> Option<&dyn Connections> {
+        None
+    }
+
+    fn is_curved(&self) -> bool {
+        self.0.is_curved()
+    }
+}
+
+/// A way to render the scene.
+struct Method {
+    name: &'static str,
+    transport: &'static str,
+    integrator: Option<&'static str>,
+    connected: bool,
+}
+
+/// The seed's method first: what everything else is measured against.
+const METHODS: [Method; 4] = [
+    Method { name: "hemisphere, fixed steps", transport: "hemisphere", integrator: Some(BASELINE), connected: true },
+    Method { name: "hemisphere", transport: "hemisphere", integrator: None, connected: true },
+    Method { name: "path, lamps by chance", transport: "path", integrator: None, connected: false },
+    Method { name: "path", transport: "path", integrator: None, connected: true },
+];
+
+fn picture(built: &BuiltScene) -> (Picture, f64) {
+    let job = Job {
+        scene: &built.scene,
+        camera: &*built.camera,
+        film: &*built.film,
+        filter: &*built.filter,
+        sampler: &*built.sampler,
+        transport: &*built.transport,
+    };
+    let start = processor_seconds();
+    let rendered = render(&job, &Progress::new(0, true), &AtomicBool::new(false));
+    (rendered.frame.picture(), processor_seconds() - start)
+}
+
+/// Measures every method. `build` builds the scene with changes.
+///
+/// # Errors
+/// If the scene cannot be built with another transport.
+pub fn measure(build: impl Fn(&Overrides) -> Option<BuiltScene>, resolution: [u32; 2], curved: bool) -> Result<Measured> {
+    let make = |method: &Method, samples: u32, seed: u64| -> Result<BuiltScene> {
+        let overrides = Overrides {
+            transport: Some(method.transport.to_owned()),
+            integrator: method.integrator.filter(|_| curved).map(str::to_owned),
+            spp: Some(samples),
+            seed: Some(seed),
+            resolution: Some(resolution),
+            ..Default::default()
+        };
+        let mut built = build(&overrides).with_context(|| format!("the scene cannot be rendered with `{}`", method.name))?;
+        if !method.connected {
+            built.scene.integrator = Box::new(Unconnected(built.scene.integrator));
+        }
+        Ok(built)
+    };
+    let best = &METHODS[METHODS.len() - 1];
+    let (reference, _) = picture(&make(best, SAMPLES[SAMPLES.len() - 1] * REFERENCE, 1_000_003)?);
+
+    let mut points = Vec::new();
+    let mut rows = Vec::new();
+    for samples in SAMPLES {
+        let mut found = vec![(Vec::new(), Vec::new()); METHODS.len()];
+        for seed in 0..ROUNDS {
+            for (method, (seconds, errors)) in METHODS.iter().zip(&mut found) {
+                let (picture, time) = picture(&make(method, samples, seed)?);
+                seconds.push(time);
+                errors.push(compare(&picture, &reference)?.relative_mse);
+            }
+        }
+        for (method, (seconds, errors)) in METHODS.iter().zip(&found) {
+            let (seconds, error) = (median(seconds), median(errors));
+            points.push(Tradeoff { line: method.name.to_owned(), cost: seconds, error });
+            // Error times seconds: what noise costs, much the same for any number of samples.
+            rows.push((method.name, samples, seconds, error, seconds * error));
+        }
+    }
+    let columns = ["method", "samples", "seconds", "relative MSE", "relative MSE x seconds", "times the baseline", "Pareto"];
+    let mut table = Table::new(&columns);
+    for ((name, samples, seconds, error, cost), front) in rows.iter().zip(pareto_front(&points)) {
+        let baseline = rows.iter().find(|r| r.0 == METHODS[0].name && r.1 == *samples).map_or(f64::NAN, |r| r.4);
+        table.row(&[
+            (*name).to_owned(),
+            samples.to_string(),
+            format!("{seconds:.2}"),
+            format!("{error:.3e}"),
+            format!("{cost:.3e}"),
+            format!("{:.1}", baseline / cost),
+            if front { "*" } else { "" }.to_owned(),
+        ]);
+    }
+    let chart = Chart {
+        title: "Light transports: noise against time".into(),
+        x: "processor time (s)".into(),
+        y: "relative mean square error".into(),
+        series: series(&points),
+    };
+    Ok(Measured { name: "transports", table, chart })
+}
