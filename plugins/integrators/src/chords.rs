@@ -29,6 +29,9 @@ const JOINT: f64 = 1e-3;
 /// Free space is passed over if that gets on by as much as this share of a chord.
 const WORTHWHILE: f64 = 0.5;
 
+/// How far outside of the sphere around all geometry the chord that leaves it may end: least radius over distance.
+const NEARBY: f64 = 0.125;
+
 /// Far more than the rounding of a length, relative to it.
 const ROUNDING: f64 = 1e-6;
 
@@ -139,9 +142,8 @@ impl<'w> Chords<'w> {
             let to = if left > 1.0 { self.place(step, phi + (end.phi - phi) / left) } else { self.at_end(&end) };
             self.last = to;
             phi = to.phi;
-            // A chord that leaves the sphere around all geometry ends there: it may go on to infinity.
-            let leaves = from.u > self.u_bound && to.u < self.u_bound;
-            let to = if leaves { self.on_bound(step, &from, &to) } else { to };
+            // A chord that leaves the sphere around all geometry ends not far from there: it may go on to infinity.
+            let to = if from.u > self.u_bound && to.u < NEARBY * self.u_bound { self.nearby(step, &from, to) } else { to };
             if to.u <= 0.0 {
                 return None;
             }
@@ -207,11 +209,25 @@ impl<'w> Chords<'w> {
         Place { phi: end.phi, u: end.u, point: self.plane.point(end) }
     }
 
-    /// Where the orbit leaves the sphere around all geometry.
-    fn on_bound<D: Dense>(&self, step: &D, from: &Place, to: &Place) -> Place {
+    /// A place between `from`, within the sphere around all geometry, and `to`, far outside of it or beyond infinity: outside, but
+    /// not far.
+    fn nearby<D: Dense>(&self, step: &D, from: &Place, to: Place) -> Place {
+        let (mut inside, mut outside) = (*from, to);
+        // Where a straight line would have it, and half way there if the orbit does not.
+        for attempt in 0..60 {
+            let wanted = if attempt % 2 == 0 { 0.5 * (1.0 + NEARBY) * self.u_bound } else { 0.5 * (inside.u + outside.u) };
+            let share = ((inside.u - wanted) / (inside.u - outside.u)).clamp(0.01, 0.99);
+            let between = self.place(step, inside.phi + share * (outside.phi - inside.phi));
+            if between.u > self.u_bound {
+                inside = between;
+            } else if between.u < NEARBY * self.u_bound {
+                outside = between;
+            } else {
+                return between;
+            }
+        }
         let state = |p: &Place| State { phi: p.phi, u: p.u, du: 0.0 };
-        let s = step.crossing(state(from), state(to), self.u_bound);
-        Place { phi: s.phi, u: s.u, point: self.plane.point(&s) }
+        self.at_end(&step.crossing(state(from), state(&to), self.u_bound))
     }
 
     /// The first surface that the orbit meets within `span`, splitting its chord as often as needed but at most `splits` times.

@@ -113,6 +113,7 @@ pub trait Dense: Copy {
     fn crossing(&self, from: State, to: State, target: f64) -> State {
         let rising = to.u > from.u;
         let (mut lo, mut hi) = (from.phi, to.phi);
+        let width = hi - lo;
         let mut phi = lo + (hi - lo) * ((target - from.u) / (to.u - from.u)).clamp(0.0, 1.0);
         let mut s = self.at(phi);
         for _ in 0..60 {
@@ -122,10 +123,12 @@ pub trait Dense: Copy {
                 hi = s.phi;
             }
             let newton = s.phi - (s.u - target) / s.du;
-            phi = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
+            let inside = newton > lo && newton < hi;
+            phi = if inside { newton } else { 0.5 * (lo + hi) };
             let change = (phi - s.phi).abs();
             s = self.at(phi);
-            if change <= 2.0 * f64::EPSILON * phi {
+            // Newton's method squares what is left of the stretch: a step as small as this was the last one.
+            if (inside && change <= 1e-8 * width) || change <= 2.0 * f64::EPSILON * phi {
                 break;
             }
         }
