@@ -127,6 +127,9 @@ pub struct BenchArgs {
     /// Camera rays that integrators are measured on, and as many that bounce
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     pub rays: u32,
+    /// How often everything is measured, in turn; medians count
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub rounds: u32,
     /// Size of the pictures that light transports are measured on
     #[arg(long, value_name = "WxH", value_parser = resolution, default_value = "96x72")]
     pub resolution: [u32; 2],

@@ -286,7 +286,7 @@ pub fn bench(args: &BenchArgs) -> Result<ExitStatus> {
     let wanted = |what: &str| args.only.as_deref().is_none_or(|only| only == what);
     let mut measured = Vec::new();
     if wanted("integrators") {
-        measured.extend(crate::bench::integrators::measure(&built, args.rays as usize));
+        measured.extend(crate::bench::integrators::measure(&built, args.rays as usize, args.rounds));
     }
     if wanted("transports") {
         let quietly = |overrides: &Overrides| {
@@ -294,7 +294,7 @@ pub fn bench(args: &BenchArgs) -> Result<ExitStatus> {
             lang::load(&args.scene.to_string_lossy(), &Registry::builtin(), overrides, &mut sources).ok()
         };
         let curved = built.scene.integrator.is_curved();
-        measured.push(crate::bench::transports::measure(quietly, args.resolution, curved)?);
+        measured.push(crate::bench::transports::measure(quietly, args.resolution, curved, args.rounds)?);
     }
     let mut out = std::io::stdout().lock();
     if args.json {

@@ -385,3 +385,33 @@ fn connected_points_are_where_their_rays_lead() {
     assert_eq!(run(&["trace", "scene.bhs"], "").status.code(), Some(2));
     assert_eq!(run(&["trace", "scene.bhs", "--rays", "-", "--connect", "-"], "").status.code(), Some(2));
 }
+
+#[test]
+fn bench_measures_integrators_and_transports() {
+    let dir = folder("");
+    let hole = "BlackHole \"schwarzschild\" \"float rs\" 0.1";
+    let lamp = "AreaLightSource \"diffuse\" \"bool twosided\" true\nTranslate 0 1 3\nShape \"sphere\"";
+    write(
+        dir.path(),
+        "scene.bhs",
+        format!("LookAt 0 0 -5 0 0 0 0 1 0 {SMALL}{hole}\nShape \"sphere\" \"float radius\" 0.5\n{lamp}"),
+    );
+    let small = ["--rays", "200", "--rounds", "1", "--resolution", "6x4"];
+    let (code, out, err) = run(dir.path(), &[&["bench", "scene.bhs", "--json", "-o", "out"], &small[..]].concat());
+    assert_eq!(code, 0, "{err}");
+    let measured: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let rows = |name: &str| measured["tables"][name].as_array().map(Vec::len);
+    assert_eq!((rows("camera_rays"), rows("transports")), (Some(23), Some(12)), "{out}");
+    let camera = measured["tables"]["camera_rays"].as_array().expect("rows");
+    let error = |integrator: &str, setting: &str| {
+        let row = camera.iter().find(|r| r["integrator"] == integrator && r["setting"] == setting);
+        row.and_then(|r| r["p99"].as_f64()).unwrap_or_else(|| panic!("{integrator} {setting}: {camera:?}"))
+    };
+    assert!(error("rk4", "0.2 rad") > 10.0 * error("rk4", "0.05 rad"));
+    assert!(error("exact", "1e-4") < 1e-12);
+    for file in ["camera_rays.csv", "camera_rays.svg", "bounce_rays.csv", "transports.csv", "transports.svg"] {
+        assert!(dir.path().join("out").join(file).exists(), "{file}");
+    }
+    let (code, _, err) = run(dir.path(), &["bench", "-"]);
+    assert_eq!((code, err.contains("needs a file")), (2, true), "{err}");
+}

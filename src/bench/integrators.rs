@@ -18,9 +18,6 @@ pub const STEPS: [f64; 6] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01];
 /// Tolerances, relative to the scene's diagonal.
 pub const TOLERANCES: [f64; 7] = [1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 
-/// How often all candidates are timed, in turn.
-const ROUNDS: usize = 5;
-
 /// How long a candidate's rays are followed at least in a round (s): the processor's clock ticks a hundred times a second.
 const LEAST_SECONDS: f64 = 0.1;
 
@@ -74,9 +71,9 @@ fn nanoseconds(world: &World, integrator: &dyn Integrator, rays: &[Ray]) -> f64 
     }
 }
 
-/// Measures every candidate on `count` camera rays and on the rays that bounce off what they meet. A scene without a hole has
+/// Measures every candidate `rounds` times, in turn, on `count` camera rays and on the rays that bounce off what they meet. A scene without a hole has
 /// nothing to choose between: an empty list.
-pub fn measure(built: &BuiltScene, count: usize) -> Vec<Measured> {
+pub fn measure(built: &BuiltScene, count: usize, rounds: u32) -> Vec<Measured> {
     if built.scene.world.hole.is_none() {
         return Vec::new();
     }
@@ -85,11 +82,11 @@ pub fn measure(built: &BuiltScene, count: usize) -> Vec<Measured> {
     [("camera_rays", camera), ("bounce_rays", bounce)]
         .into_iter()
         .filter(|(_, rays)| !rays.is_empty())
-        .map(|(name, rays)| measure_rays(&built.scene.world, name, &rays))
+        .map(|(name, rays)| measure_rays(&built.scene.world, name, &rays, rounds))
         .collect()
 }
 
-fn measure_rays(world: &World, name: &'static str, rays: &[Ray]) -> Measured {
+fn measure_rays(world: &World, name: &'static str, rays: &[Ray], rounds: u32) -> Measured {
     let columns = [
         "integrator",
         "setting",
@@ -110,7 +107,7 @@ fn measure_rays(world: &World, name: &'static str, rays: &[Ray]) -> Measured {
     // In turn, so that what else the machine does falls on all alike.
     let mut straight = Vec::new();
     let mut times = vec![Vec::new(); candidates.len()];
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds {
         straight.push(nanoseconds(world, &Straight, rays));
         for (c, times) in candidates.iter().zip(&mut times) {
             times.push(nanoseconds(world, &*c.integrator, rays));

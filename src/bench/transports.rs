@@ -23,9 +23,6 @@ const BASELINE: &str = "schwarzschild-rk4";
 /// Samples a pixel that every method is measured with.
 const SAMPLES: [u32; 3] = [4, 16, 64];
 
-/// How often each is rendered, with seeds of its own.
-const ROUNDS: u64 = 3;
-
 /// Samples of the reference over the most samples that are measured.
 const REFERENCE: u32 = 16;
 
@@ -80,11 +77,16 @@ fn picture(built: &BuiltScene) -> (Picture, f64) {
     (rendered.frame.picture(), processor_seconds() - start)
 }
 
-/// Measures every method. `build` builds the scene with changes.
+/// Measures every method `rounds` times, with other seeds. `build` builds the scene with changes.
 ///
 /// # Errors
 /// If the scene cannot be built with another transport.
-pub fn measure(build: impl Fn(&Overrides) -> Option<BuiltScene>, resolution: [u32; 2], curved: bool) -> Result<Measured> {
+pub fn measure(
+    build: impl Fn(&Overrides) -> Option<BuiltScene>,
+    resolution: [u32; 2],
+    curved: bool,
+    rounds: u32,
+) -> Result<Measured> {
     let make = |method: &Method, samples: u32, seed: u64| -> Result<BuiltScene> {
         let overrides = Overrides {
             transport: Some(method.transport.to_owned()),
@@ -107,7 +109,7 @@ pub fn measure(build: impl Fn(&Overrides) -> Option<BuiltScene>, resolution: [u3
     let mut rows = Vec::new();
     for samples in SAMPLES {
         let mut found = vec![(Vec::new(), Vec::new()); METHODS.len()];
-        for seed in 0..ROUNDS {
+        for seed in 0..u64::from(rounds) {
             for (method, (seconds, errors)) in METHODS.iter().zip(&mut found) {
                 let (picture, time) = picture(&make(method, samples, seed)?);
                 seconds.push(time);
