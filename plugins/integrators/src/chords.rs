@@ -5,6 +5,9 @@
 //! solved for; and where the orbit turns out to meet that surface far from the chord, or beside the facet, the chord is
 //! split and the question put again. So a ray that leaves a surface at grazing incidence does not end on it because
 //! its first chord dips below, and a hit near the edge of a facet ends on the facet that the orbit meets.
+//!
+//! Where no surface is near ([`bhs_core::clearance`]) the orbit leaps: a stretch that stays within free space needs no question,
+//! however far its chord strays.
 
 use crate::orbit::{Dense, OrbitPlane, State};
 use crate::refine::{Meeting, on_facet, on_surface};
