@@ -45,7 +45,7 @@ pub fn candidates(diagonal: f64) -> Vec<Candidate> {
     let by_tolerance = |name, make: fn(Tolerance) -> Box<dyn Integrator>| {
         tolerances().map(move |setting| Candidate {
             name,
-            shown: setting.map_or("default".into(), |t| format!("{t:.0e}")),
+            shown: setting.map_or("default".into(), |t| format!("{t:.0e} diagonal")),
             setting,
             integrator: make(setting.map_or(Tolerance::DEFAULT, |t| Tolerance::Absolute(t * diagonal))),
         })
