@@ -88,7 +88,7 @@ const INTEGRATORS: [&str; 3] = [
 /// way included; roulette only where next to nothing is left. The mean over all pixels is held to 0.2 %.
 const METHODS: [(&str, u32, f64); 3] = [
     (r#"LightTransport "path" "integer maxdepth" 20 "integer rrdepth" 7 "bool lightsampling" false"#, 1024, 6e-3),
-    (r#"LightTransport "path" "integer maxdepth" 20 "integer rrdepth" 7"#, 1024, 2e-2),
+    (r#"LightTransport "path" "integer maxdepth" 20 "integer rrdepth" 7"#, 8192, 2e-2),
     (r#"LightTransport "hemisphere" "integer maxdepth" 12"#, 2048, 2e-2),
 ];
 
