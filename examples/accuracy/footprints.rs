@@ -108,10 +108,9 @@ pub fn measure() -> Result<()> {
     for (name, transport) in
         [("cornell_hole", "path"), ("cornell_hole", "hemisphere"), ("spheres_hole", "path"), ("gold_dragon", "path")]
     {
-        let transport = Some(transport.to_owned());
         let overrides =
-            Overrides { resolution: Some(SIZE), spp: Some(SAMPLES), transport: transport.clone(), ..Default::default() };
-        let shown_name = format!("{name} {}", transport.unwrap_or_default());
+            Overrides { resolution: Some(SIZE), spp: Some(SAMPLES), transport: Some(transport.to_owned()), ..Default::default() };
+        let shown_name = format!("{name} {transport}");
         let mut built = crate::scene(name, &overrides)?;
         let diagonal = diagonal(&built.scene.world);
         let camera = built.scene.footprints.camera / FINER;

@@ -108,7 +108,7 @@ fn next<const N: usize>(c: &[f64; TERMS], bend: f64) -> f64 {
     for i in 0..N.div_ceil(2) {
         pairs += c[i] * c[N - i];
     }
-    let middle = if N % 2 == 0 { c[N / 2] * c[N / 2] } else { 0.0 };
+    let middle = if N.is_multiple_of(2) { c[N / 2] * c[N / 2] } else { 0.0 };
     (bend * (2.0 * pairs + middle) - c[N]) * (1.0 / ((N + 1) * (N + 2)) as f64)
 }
 
