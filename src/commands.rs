@@ -107,14 +107,7 @@ pub fn render(args: &RenderArgs, stop: &AtomicBool) -> Result<ExitStatus> {
         pool = pool.num_threads(threads as usize);
     }
     let pool = pool.build().context("cannot start the threads")?;
-    let job = Job {
-        scene: &built.scene,
-        camera: &*built.camera,
-        film: &*built.film,
-        filter: &*built.filter,
-        sampler: &*built.sampler,
-        transport: &*built.transport,
-    };
+    let job = Job::of(&built);
     let [x0, x1, y0, y1] = built.film.crop();
     let samples = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(built.sampler.samples_per_pixel());
     let progress = Progress::new(samples, args.quiet);

@@ -4,6 +4,7 @@
 //! (seed, pixel, index). An interruption ends a wave between tiles: the picture so far is whole, if noisier in places.
 
 use crate::film::{Framebuffer, Tile};
+use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
 use crate::progress::Progress;
 use bhs_core::camera::{Camera, Film, Filter};
@@ -31,6 +32,25 @@ pub struct Job<'a> {
     pub sampler: &'a dyn Sampler,
     /// The method.
     pub transport: &'a dyn LightTransport,
+}
+
+impl<'a> Job<'a> {
+    /// The render that a built scene describes.
+    pub fn of(built: &'a BuiltScene) -> Self {
+        Self {
+            scene: &built.scene,
+            camera: &*built.camera,
+            film: &*built.film,
+            filter: &*built.filter,
+            sampler: &*built.sampler,
+            transport: &*built.transport,
+        }
+    }
+}
+
+/// Renders a built scene to its end on the current rayon pool, and shows nothing meanwhile.
+pub fn render_quietly(built: &BuiltScene) -> Rendered {
+    render(&Job::of(built), &Progress::new(0, true), &AtomicBool::new(false))
 }
 
 /// What a render leaves behind.

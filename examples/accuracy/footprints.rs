@@ -6,13 +6,11 @@ use bhs::bench::clock::processor_seconds;
 use bhs::bench::rays::{arrivals, bounce_rays, camera_rays, diagonal, differences, truth};
 use bhs::bench::table::Table;
 use bhs::lang::{BuiltScene, Overrides};
-use bhs::progress::Progress;
-use bhs::render::{Job, render};
+use bhs::render::render_quietly;
 use bhs_core::scene::Footprints;
 use bhs_core::stats::Counters;
 use bhs_integrators::Adaptive;
 use bhs_integrators::flight::Tolerance;
-use std::sync::atomic::AtomicBool;
 
 /// Size of the pictures, and samples a pixel.
 const SIZE: [u32; 2] = [64, 48];
@@ -38,16 +36,8 @@ struct Rendered {
 }
 
 fn picture(built: &BuiltScene) -> Rendered {
-    let job = Job {
-        scene: &built.scene,
-        camera: &*built.camera,
-        film: &*built.film,
-        filter: &*built.filter,
-        sampler: &*built.sampler,
-        transport: &*built.transport,
-    };
     let start = processor_seconds();
-    let rendered = render(&job, &Progress::new(0, true), &AtomicBool::new(false));
+    let rendered = render_quietly(built);
     let seconds = processor_seconds() - start;
     // Linear sRGB to luminance (IEC 61966-2-1).
     let luminance = |p: &[f32]| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]);

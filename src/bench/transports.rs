@@ -7,15 +7,13 @@ use crate::compare::compare;
 use crate::image::Picture;
 use crate::lang::{BuiltScene, Overrides};
 use crate::plot::Chart;
-use crate::progress::Progress;
-use crate::render::{Job, render};
+use crate::render::render_quietly;
 use anyhow::{Context, Result};
 use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
-use std::sync::atomic::AtomicBool;
 
 /// How the baseline follows rays: fixed micro-steps (Aikawa, Zhou and Wang 2019).
 const BASELINE: &str = "schwarzschild-rk4";
@@ -64,16 +62,8 @@ const METHODS: [Method; 4] = [
 ];
 
 fn picture(built: &BuiltScene) -> (Picture, f64) {
-    let job = Job {
-        scene: &built.scene,
-        camera: &*built.camera,
-        film: &*built.film,
-        filter: &*built.filter,
-        sampler: &*built.sampler,
-        transport: &*built.transport,
-    };
     let start = processor_seconds();
-    let rendered = render(&job, &Progress::new(0, true), &AtomicBool::new(false));
+    let rendered = render_quietly(built);
     (rendered.frame.picture(), processor_seconds() - start)
 }
 

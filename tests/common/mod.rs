@@ -4,11 +4,9 @@
 pub mod physics;
 
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
-use bhs::progress::Progress;
 use bhs::registry::Registry;
-use bhs::render::{Job, Rendered};
+use bhs::render::Rendered;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 /// The project's root folder.
 pub fn root() -> &'static Path {
@@ -36,15 +34,7 @@ pub fn build_with(text: &str, overrides: &Overrides) -> BuiltScene {
 
 /// Renders a built scene on the current thread pool.
 pub fn render(built: &BuiltScene) -> Rendered {
-    let job = Job {
-        scene: &built.scene,
-        camera: &*built.camera,
-        film: &*built.film,
-        filter: &*built.filter,
-        sampler: &*built.sampler,
-        transport: &*built.transport,
-    };
-    bhs::render::render(&job, &Progress::new(0, true), &AtomicBool::new(false))
+    bhs::render::render_quietly(built)
 }
 
 /// A file under `shared/data` beside the project, or `None`, saying so, where it is absent.

@@ -119,7 +119,8 @@ impl LightTransport for Path {
             if let Some(c) = connections
                 && !vertex.material.is_specular()
             {
-                let found = radiance.max() / throughput.max();
+                // Along straight lines it costs so little to look that leaving light to chance only adds noise.
+                let found = if scene.integrator.is_curved() { radiance.max() / throughput.max() } else { 0.0 };
                 radiance += throughput * sample_light(scene, c, &vertex, found, lambda, stream, log);
             }
 
@@ -157,7 +158,7 @@ impl LightTransport for Path {
 }
 
 /// The light of one point of one lamp that arrives at `vertex` along all geodesics, scattered back along the path. `found`: the light
-/// of the path so far, as it would have to leave `vertex`.
+/// of the path so far, as it would have to leave `vertex`; 0 to leave nothing to chance for its sake.
 fn sample_light(
     scene: &Scene,
     connections: &dyn Connections,
