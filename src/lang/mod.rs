@@ -14,6 +14,7 @@ pub mod build;
 pub mod description;
 mod directives;
 mod hole;
+mod method;
 pub mod overrides;
 pub mod parse;
 pub mod resolve;
@@ -24,6 +25,7 @@ pub mod transform;
 
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
+pub use method::{Method, load_method};
 pub use overrides::Overrides;
 pub use source::SourceMap;
 
