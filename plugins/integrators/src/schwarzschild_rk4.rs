@@ -11,7 +11,7 @@
 //! |---|---|---|---|---|
 //! | `step` | float | 0.1 | rad | angle swept by one step |
 //! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
-//! | `hits` | string | `"orbit"` | | where a ray meets a surface: its `orbit`, or a `chord` of it |
+//! | `hits` | string | "orbit" | | where a ray meets a surface: its `orbit`, or a `chord` of it |
 //! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
 //!
 //! ```bhs
