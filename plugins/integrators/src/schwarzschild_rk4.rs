@@ -71,14 +71,15 @@ impl Rk4 {
 fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     let step = p.get_in("step", 0.1, 1e-6..=0.5, "rad", "angle swept by one step");
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
-    let hits = match p.get("hits", "orbit".to_owned(), "", "where a ray meets a surface: its `orbit`, or a `chord` of it").as_str() {
-        "orbit" => Hits::Orbit,
-        "chord" => Hits::Chord,
-        other => {
-            p.reject("hits", "unknown kind of hits", format!("expected `orbit` or `chord`, found `{other}`"));
-            return None;
-        }
-    };
+    let hits =
+        match p.get("hits", "orbit".to_owned(), "", "where a ray meets a surface: its `orbit`, or a `chord` of it").as_str() {
+            "orbit" => Hits::Orbit,
+            "chord" => Hits::Chord,
+            other => {
+                p.reject("hits", "unknown kind of hits", format!("expected `orbit` or `chord`, found `{other}`"));
+                return None;
+            }
+        };
     let made = Rk4 { hits, ..Rk4::new(step, max_steps as u64) };
     Some(Box::new(Rk4 { joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
 }
