@@ -105,6 +105,7 @@ fn every_camera_makes_a_picture() {
     let names = ["room", "room.far away", "room.left"];
     let mut expected: Vec<String> = names.iter().flat_map(|n| [format!("{n}.exr"), format!("{n}.png")]).collect();
     expected.extend(["stats", "stats.far away", "stats.left"].map(|n| format!("{n}.json")));
+    expected.sort();
     assert_eq!(files(dir.path()), expected);
     // The black sphere fills the narrow view, a part of the wide one, and little of the one from afar.
     let brightness = |name: &str| {

@@ -70,7 +70,8 @@ impl Attributes {
     /// Adds one, in place of one of the same name.
     fn set(&mut self, new: AttributeParam) {
         let list = Arc::make_mut(&mut self.0[new.target as usize]);
-        list.retain(|a| a.param.name.value != new.param.name.value);
+        // One that is replaced before it is used is not worth a warning.
+        list.extract_if(.., |a| a.param.name.value == new.param.name.value).for_each(|a| a.take());
         list.push(new);
     }
 }

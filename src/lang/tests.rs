@@ -115,8 +115,8 @@ fn attribute_states_defaults() {
     assert!(wide.iter().zip([4.0, 3.0, 1.0]).all(|(w, r)| (w - r).abs() < 1e-3 * r), "{wide:?}");
     let power = |text: &str| f64::from(built(text).scene.lights[0].power(360.0, 830.0));
     let (given, plain) = (
-        power("Attribute \"light\" \"float L\" 3 WorldBegin LightSource \"infinite\""),
-        power("WorldBegin LightSource \"infinite\""),
+        power("Attribute \"light\" \"float scale\" 3 WorldBegin LightSource \"point\""),
+        power("WorldBegin LightSource \"point\""),
     );
     assert!((given / plain - 3.0).abs() < 1e-5, "{given} {plain}");
 }
@@ -147,7 +147,7 @@ fn cameras_have_their_turn() {
     let near = scene.scene.footprints.camera;
     assert!(scene.next_camera());
     assert_near(scene.camera.position(), [0.0, 0.0, -5.0]);
-    assert_eq!((scene.camera_name.as_deref(), scene.next_camera()), (Some("b"), false));
+    assert_eq!((scene.camera_name.clone().as_deref(), scene.next_camera()), (Some("b"), false));
     assert!(scene.scene.footprints.camera < near / 2.0);
     let chosen = build_with(text, &Overrides { camera: Some("b".into()), ..Default::default() }).ok().unwrap();
     assert_near(chosen.camera.position(), [0.0, 0.0, -5.0]);
