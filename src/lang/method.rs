@@ -35,7 +35,7 @@ pub fn load_method(
 ) -> Result<Method, Vec<Diagnostic>> {
     let file = sources.open(path).map_err(|d| vec![*d])?;
     let (mut description, mut found) = resolve::resolve(sources, file);
-    let settings = Settings::take(&mut description, overrides, registry, sources);
+    let settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
     let context = bare_context(sources, registry.spectra());
     let (seed, _) = build::build_options(&settings.options, registry, context, &mut found);
     let context = Context { seed: overrides.seed.unwrap_or(seed), ..context };
