@@ -14,6 +14,8 @@ pub mod build;
 pub mod description;
 mod directives;
 mod hole;
+mod instances;
+mod objects;
 pub mod overrides;
 pub mod parse;
 pub mod resolve;
