@@ -18,6 +18,7 @@ impl Resolver<'_> {
             return;
         }
         let index = self.scene.objects.len();
+        let is_second = self.objects.contains_key(&call.name.value);
         if let Some(first) = self.objects.get(&call.name.value) {
             let first = self.scene.objects[*first].name.span;
             self.found.push(
@@ -31,7 +32,7 @@ impl Resolver<'_> {
         self.objects.entry(call.name.value.clone()).or_insert(index);
         self.object = Some((index, call.keyword, self.stack.len()));
         self.stack.push((self.state.clone(), call.keyword));
-        self.scene.objects.push(ObjectEntity { name: call.name, used: false });
+        self.scene.objects.push(ObjectEntity { name: call.name, used: is_second });
     }
 
     pub(crate) fn object_end(&mut self, call: Call) {
