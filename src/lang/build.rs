@@ -245,18 +245,13 @@ fn build_shapes(
     for (index, shape) in (0u32..).zip(shapes) {
         let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
         let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) else { continue };
-        let geometry = made.into_geometry();
+        let surfaces = made.into_geometry();
         if let Some(object) = shape.object.and_then(|o| objects.get_mut(o)) {
-            parts.extend(instances::add_shape(object, &shape, index, geometry, registry, context, found));
+            parts.extend(instances::add_shape(object, &shape, index, surfaces, registry, context, found));
             continue;
         }
-        parts.push(Part {
-            geometry,
-            span: shape.entity.name.span,
-            index,
-            material: shape.material,
-            area_light: shape.area_light,
-        });
+        let (span, material, area_light) = (shape.entity.name.span, shape.material, shape.area_light);
+        parts.extend(surfaces.into_iter().map(|geometry| Part { geometry, span, index, material, area_light }));
     }
     (parts, objects)
 }

@@ -48,18 +48,26 @@ pub(super) fn add_shape(
     object: &mut ObjectPart,
     shape: &ShapeEntity,
     index: u32,
-    made: WorldGeometry,
+    made: Vec<WorldGeometry>,
     registry: &Registry,
     context: Context,
     found: &mut Vec<Diagnostic>,
 ) -> Vec<Part> {
     let span = shape.entity.name.span;
-    if let WorldGeometry::Mesh(mesh) = made {
-        object.meshes.push(mesh);
-        object.parts.push(MeshPart { span, index, material: shape.material });
-        return Vec::new();
-    }
     let mut parts = Vec::new();
+    let mut formulas = false;
+    for surface in made {
+        match surface {
+            WorldGeometry::Mesh(mesh) => {
+                object.meshes.push(mesh);
+                object.parts.push(MeshPart { span, index, material: shape.material });
+            }
+            WorldGeometry::Analytic(_) => formulas = true,
+        }
+    }
+    if !formulas {
+        return parts;
+    }
     for (_, place) in &object.places {
         let mut said = Vec::new();
         let mut entity = shape.entity.clone();
@@ -69,7 +77,8 @@ pub(super) fn add_shape(
             found.extend(said.into_iter().filter(|d| d.severity == Severity::Error));
             break;
         };
-        parts.push(Part { geometry: made.into_geometry(), span, index, material: shape.material, area_light: None });
+        let surfaces = made.into_geometry().into_iter().filter(|g| matches!(g, WorldGeometry::Analytic(_)));
+        parts.extend(surfaces.map(|geometry| Part { geometry, span, index, material: shape.material, area_light: None }));
     }
     parts
 }

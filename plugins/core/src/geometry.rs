@@ -309,12 +309,19 @@ impl WorldGeometry {
 
 /// A shape plugin's product; kept behind a trait so that shapes register like every other kind.
 pub trait Shape: Send + Sync {
-    /// Hands over the geometry, in world space, normals on the outer side (transform and `ReverseOrientation` applied).
-    fn into_geometry(self: Box<Self>) -> WorldGeometry;
+    /// Hands over the geometry, in world space, normals on the outer side (transform and `ReverseOrientation` applied): mostly one
+    /// surface, or several that share what they are made of.
+    fn into_geometry(self: Box<Self>) -> Vec<WorldGeometry>;
 }
 
 impl Shape for WorldGeometry {
-    fn into_geometry(self: Box<Self>) -> WorldGeometry {
+    fn into_geometry(self: Box<Self>) -> Vec<WorldGeometry> {
+        vec![*self]
+    }
+}
+
+impl Shape for Vec<WorldGeometry> {
+    fn into_geometry(self: Box<Self>) -> Vec<WorldGeometry> {
         *self
     }
 }
