@@ -8,14 +8,15 @@ use crate::geometry::{Aabb, SurfaceGeometry, TriangleMesh, WorldMesh};
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
-/// Triangles whose box is looked at as one, as a share of all, when the box around an instance is sought.
-const BLOCKS: usize = 4096;
+/// Cells along each axis into which the vertices of a mesh are sorted, so that the box around an instance is found without a look at
+/// each of them.
+const CELLS: f64 = 16.0;
 
 /// The meshes of an object, in its own coordinates.
 pub struct Object {
     meshes: Vec<Arc<TriangleMesh>>,
-    /// Boxes of consecutive triangles, for each mesh.
-    blocks: Vec<Vec<Aabb>>,
+    /// The vertices of each mesh, by place.
+    blocks: Vec<Vec<Block>>,
     /// From its own coordinates to those in which it was defined.
     defined_from_own: DAffine3,
     /// Triangles without area, which were dropped.
@@ -42,7 +43,7 @@ impl Object {
             mesh.positions.iter_mut().for_each(|p| *p = (*p - origin) * scale);
             let (mesh, dropped) = mesh.rebase(DVec3::ZERO);
             object.dropped += dropped;
-            object.blocks.push(mesh.triangles.chunks(block_size(&mesh)).map(|block| bounds_of(&mesh, block)).collect());
+            object.blocks.push(blocks(&mesh));
             object.meshes.push(Arc::new(mesh));
         }
         object
@@ -94,31 +95,44 @@ impl Object {
         Aabb { min: min + t.translation, max: max + t.translation }
     }
 
-    /// The greatest product of a vertex of a mesh with `direction`; blocks that do not reach as far as another one are passed over.
+    /// The greatest product of a vertex of a mesh with `direction`.
     fn farthest(&self, mesh: usize, direction: DVec3) -> f64 {
-        let (boxes, mesh) = (&self.blocks[mesh], &self.meshes[mesh]);
-        let mut most = f64::NEG_INFINITY;
-        for (b, block) in boxes.iter().zip(mesh.triangles.chunks(block_size(mesh))) {
-            if direction.dot(b.center()) + direction.abs().dot(0.5 * (b.max - b.min)) > most {
-                let products = block.iter().flatten().map(|v| direction.dot(position(mesh, *v)));
-                most = products.fold(most, f64::max);
-            }
-        }
-        most
+        let (blocks, mesh) = (&self.blocks[mesh], &self.meshes[mesh]);
+        let reach = |b: &Block| direction.dot(b.bounds.center()) + direction.abs().dot(0.5 * (b.bounds.max - b.bounds.min));
+        let most = |b: &Block| b.vertices.iter().map(|v| direction.dot(position(mesh, *v))).fold(f64::NEG_INFINITY, f64::max);
+        // The one that reaches farthest first: few others reach as far as what is in it.
+        let first = blocks.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))).map_or(f64::NEG_INFINITY, most);
+        blocks.iter().fold(first, |found, b| if reach(b) > found { found.max(most(b)) } else { found })
     }
 }
 
-/// Triangles in a block.
-fn block_size(mesh: &TriangleMesh) -> usize {
-    mesh.triangles.len().div_ceil(BLOCKS).max(1)
+/// Vertices that are near each other.
+struct Block {
+    bounds: Aabb,
+    vertices: Box<[u32]>,
+}
+
+/// The vertices of the triangles, cell by cell.
+fn blocks(mesh: &TriangleMesh) -> Vec<Block> {
+    let bounds = mesh.bounds();
+    let per_cell = CELLS / (bounds.max - bounds.min).max_element();
+    let cell = |v: u32| {
+        let c = ((position(mesh, v) - bounds.min) * per_cell).as_uvec3();
+        (c.z * CELLS as u32 + c.y) * CELLS as u32 + c.x
+    };
+    let mut used = vec![false; mesh.positions.len()];
+    mesh.triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
+    let mut vertices: Vec<(u32, u32)> = (0u32..).zip(used).filter(|(_, used)| *used).map(|(v, _)| (cell(v), v)).collect();
+    vertices.sort_unstable();
+    let of_cell = |same: &[(u32, u32)]| Block {
+        bounds: same.iter().fold(Aabb::EMPTY, |b, (_, v)| b.with_point(position(mesh, *v))),
+        vertices: same.iter().map(|(_, v)| *v).collect(),
+    };
+    vertices.chunk_by(|a, b| a.0 == b.0).map(of_cell).collect()
 }
 
 fn position(mesh: &TriangleMesh, vertex: u32) -> DVec3 {
     DVec3::from_array(mesh.positions[vertex as usize].map(f64::from))
-}
-
-fn bounds_of(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Aabb {
-    triangles.iter().flatten().fold(Aabb::EMPTY, |b, v| b.with_point(position(mesh, *v)))
 }
 
 fn abs(m: DMat3) -> DMat3 {
