@@ -19,6 +19,7 @@ mod directives;
 pub mod format;
 mod hole;
 mod instances;
+mod method;
 mod objects;
 pub mod overrides;
 pub mod parse;
@@ -32,6 +33,7 @@ mod views;
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
 pub use format::format;
+pub use method::{Method, load_method};
 pub use overrides::Overrides;
 pub use source::SourceMap;
 
