@@ -30,10 +30,6 @@ pub fn measure() -> Result<()> {
     scenes.push(finer);
 
     let adaptive = Adaptive::new(Tolerance::DEFAULT, 100_000);
-    let kinds: [(&str, fn(&BuiltScene) -> Vec<_>); 2] = [
-        ("camera rays", |built| camera_rays(built, RAYS)),
-        ("bounce rays", |built| bounce_rays(built, &camera_rays(built, RAYS))),
-    ];
     let columns = [
         "triangles",
         "straight ns",
@@ -43,8 +39,12 @@ pub fn measure() -> Result<()> {
         "queries",
         "adaptive / straight",
     ];
-    for (kind, rays) in kinds {
-        let rays: Vec<_> = scenes.iter().map(rays).collect();
+    for kind in ["camera rays", "bounce rays"] {
+        let rays_of = |built: &BuiltScene| {
+            let camera = camera_rays(built, RAYS);
+            if kind == "camera rays" { camera } else { bounce_rays(built, &camera) }
+        };
+        let rays: Vec<_> = scenes.iter().map(rays_of).collect();
         let mut times = vec![[Vec::new(), Vec::new()]; scenes.len()];
         for _ in 0..ROUNDS {
             for ((built, rays), times) in scenes.iter().zip(&rays).zip(&mut times) {
