@@ -129,7 +129,8 @@ fn spectra(criterion: &mut Criterion) {
         let span = Span::default();
         let param = Param { ty: Spanned::new(ty, span), name: Spanned::new("s".to_owned(), span), values, span };
         let context = bare_context(&sources, registry.spectra());
-        let spectrum = registry.spectra().build(&param, SpectrumRole::Unbounded, &context).expect("a spectrum");
+        let role = if case == "blackbody" { SpectrumRole::Emission } else { SpectrumRole::Unbounded };
+        let spectrum = registry.spectra().build(&param, role, &context).expect("a spectrum");
         group.bench_function(case, |b| b.iter(|| lambda.iter().map(|l| spectrum.sample(l.lambda_nm)[0]).sum::<f32>()));
     }
     group.bench_function("choice of wavelengths", |b| {

@@ -8,7 +8,7 @@ use bhs::lang::Overrides;
 use bhs::render::render_quietly;
 use bhs_core::layer::Layer;
 
-const ROUNDS: usize = 7;
+const ROUNDS: usize = 5;
 
 /// A feature: two scenes that differ in it.
 struct Feature {
