@@ -1,6 +1,6 @@
 //! The directives of the language: one row each, with what it takes, where it may stand, and the function that runs it.
 
-use crate::lang::description::{AreaLightEntity, MaterialEntity, ShapeEntity};
+use crate::lang::description::{AreaLightEntity, Entity, MaterialEntity, ShapeEntity, TextureEntity};
 use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, CurrentMaterial, MAX_ATTRIBUTE_DEPTH, Resolver};
 use crate::lang::transform::{self, NotAffine};
@@ -30,6 +30,8 @@ pub(crate) enum Takes {
     Name,
     /// A text, then parameters.
     NameAndParams,
+    /// Three texts (a name, a type, the name of a plugin), then parameters.
+    TextureAndParams,
     /// Parameters.
     Params,
 }
@@ -73,6 +75,7 @@ pub(crate) const DIRECTIVES: &[Row] = &[
     row("Sampler", Section::Options, Takes::NameAndParams, |r, c| r.sampler(c)),
     row("Scale", Section::Both, Takes::Numbers(3), |r, c| r.scale(c)),
     row("Shape", Section::World, Takes::NameAndParams, |r, c| r.shape(c)),
+    row("Texture", Section::World, Takes::TextureAndParams, |r, c| r.texture(c)),
     row("Transform", Section::Both, Takes::Numbers(16), |r, c| r.transform(c)),
     row("Translate", Section::Both, Takes::Numbers(3), |r, c| r.translate(c)),
     row("WorldBegin", Section::Both, Takes::Nothing, |r, c| r.world_begin(c)),
@@ -90,7 +93,6 @@ const ABSENT: &[(&str, &str)] = &[
     ("ObjectBegin", "write the shapes out where they stand, or `Include` a file with them several times"),
     ("ObjectEnd", "remove it together with `ObjectBegin`"),
     ("ObjectInstance", "`Include` a file with the shapes in place of it"),
-    ("Texture", "use a plain value in place of the texture"),
     ("TransformBegin", "write `AttributeBegin`"),
     ("TransformEnd", "write `AttributeEnd`"),
     ("TransformTimes", "remove it; nothing moves during the exposure"),
@@ -121,6 +123,7 @@ pub(crate) fn example_name(keyword: &str) -> &'static str {
         "PixelFilter" => "box",
         "Sampler" => "sobol",
         "Shape" => "sphere",
+        "Texture" => "name\" \"spectrum\" \"imagemap",
         _ => "name",
     }
 }
@@ -299,6 +302,35 @@ impl Resolver<'_> {
 
     pub(crate) fn reverse_orientation(&mut self, _: Call) {
         self.state.reverse_orientation = !self.state.reverse_orientation;
+    }
+
+    pub(crate) fn texture(&mut self, call: Call) {
+        let Some([kind, plugin]) = call.more.clone() else { return };
+        let is_float = match kind.value.as_str() {
+            "float" => true,
+            "spectrum" => false,
+            word => {
+                let help = did_you_mean(word, ["float", "spectrum"]).map_or_else(
+                    || "a texture is one of \"spectrum\" or \"float\"".to_owned(),
+                    |near| format!("did you mean `{near}`?"),
+                );
+                let message = format!("unknown type of a texture `{}`", shorten(word));
+                return self.error("unknown-type", message, kind.span, "", help);
+            }
+        };
+        let name = call.name.clone();
+        if let Some(first) = self.scene.textures.iter().find(|t| t.name.value == name.value && t.is_float == is_float) {
+            let first = first.name.span;
+            self.found.push(
+                Diagnostic::error("duplicate-texture", format!("texture `{}` is defined twice", shorten(&name.value)))
+                    .at(name.span, "defined again here")
+                    .and(first, "first defined here")
+                    .help("give one of the two another name"),
+            );
+            return;
+        }
+        let entity = Entity { name: plugin, ..call.entity(self.state.ctm) };
+        self.scene.textures.push(TextureEntity { entity, name, is_float });
     }
 
     pub(crate) fn material(&mut self, call: Call) {

@@ -14,6 +14,7 @@ pub mod build;
 pub mod description;
 mod directives;
 mod hole;
+mod names;
 pub mod overrides;
 pub mod parse;
 pub mod resolve;
