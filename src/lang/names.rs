@@ -104,17 +104,12 @@ impl<'a> Names<'a> {
 
     /// A material; `None` while it is being made.
     fn material_at(&self, i: usize, used: bool, context: &Context) -> Option<Arc<dyn Material>> {
-        match self.state.borrow_mut().materials.insert(i, Slot::UnderWay) {
+        let known = self.state.borrow().materials.get(&i).cloned();
+        match known {
             Some(Slot::UnderWay) => return None,
-            Some(made @ Slot::Made(_)) => {
-                self.state.borrow_mut().materials.insert(i, made.clone());
-                return match made {
-                    Slot::Made(material) => Some(material),
-                    Slot::UnderWay => None,
-                };
-            }
-            None => {}
-        }
+            Some(Slot::Made(material)) => return Some(material),
+            None => self.state.borrow_mut().materials.insert(i, Slot::UnderWay),
+        };
         let view = View { names: self, kind: TextureKind::Float, used };
         let entity = &self.materials[i].entity;
         let mut found = Vec::new();
