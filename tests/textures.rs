@@ -11,7 +11,7 @@ const PIXELS: usize = 12;
 
 /// The picture's values, rows from the top.
 fn texel(x: usize, y: usize) -> [u8; 3] {
-    [(40 * x + 20) as u8, (60 * y + 15) as u8, if (x + y) % 2 == 0 { 30 } else { 200 }]
+    [(40 * x + 20) as u8, (60 * y + 15) as u8, if (x + y).is_multiple_of(2) { 30 } else { 200 }]
 }
 
 fn write_picture(folder: &Path) -> String {

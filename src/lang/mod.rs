@@ -18,6 +18,7 @@ pub mod description;
 mod directives;
 pub mod format;
 mod hole;
+mod method;
 mod names;
 pub mod overrides;
 pub mod parse;
@@ -31,6 +32,7 @@ mod views;
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
 pub use format::format;
+pub use method::{Method, load_method};
 pub use overrides::Overrides;
 pub use source::SourceMap;
 

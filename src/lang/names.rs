@@ -34,10 +34,19 @@ pub(super) struct Names<'a> {
     state: RefCell<State>,
 }
 
+/// A texture may be made several times, for different uses.
+#[derive(Clone, Copy, PartialEq)]
+struct TextureKey {
+    /// Its number in the scene.
+    index: usize,
+    kind: TextureKind,
+    /// Whether it is for something that is used.
+    used: bool,
+}
+
 #[derive(Default)]
 struct State {
-    /// By index, use, and whether for something that is used.
-    textures: Vec<(usize, TextureKind, bool, Slot<Arc<dyn Texture>>)>,
+    textures: Vec<(TextureKey, Slot<Arc<dyn Texture>>)>,
     materials: BTreeMap<usize, Slot<Arc<dyn Material>>>,
     /// By path as written and the file that it stands in.
     images: BTreeMap<(String, u16), Result<Arc<Image>, String>>,
@@ -64,10 +73,10 @@ impl<'a> Names<'a> {
             self.material_at(*i, false, &context);
         }
         for (i, texture) in self.textures.iter().enumerate() {
-            let is_texture = |t: &&(usize, TextureKind, bool, _)| t.0 == i;
             let (asked, used) = {
                 let state = self.state.borrow();
-                (state.textures.iter().any(|t| is_texture(&t)), state.textures.iter().filter(is_texture).any(|t| t.2))
+                let mut made = state.textures.iter().map(|(key, _)| key).filter(|key| key.index == i).peekable();
+                (made.peek().is_some(), made.any(|key| key.used))
             };
             if !asked {
                 let kind = if texture.is_float { TextureKind::Float } else { TextureKind::Spectrum(SpectrumRole::Unbounded) };
@@ -123,11 +132,12 @@ impl<'a> Names<'a> {
 
     /// A texture; `None` while it is being made.
     fn texture_at(&self, i: usize, kind: TextureKind, used: bool, context: &Context) -> Option<Arc<dyn Texture>> {
-        let known = self.state.borrow().textures.iter().find(|t| (t.0, t.1, t.2) == (i, kind, used)).map(|t| t.3.clone());
+        let key = TextureKey { index: i, kind, used };
+        let known = self.state.borrow().textures.iter().find(|(k, _)| *k == key).map(|(_, slot)| slot.clone());
         match known {
             Some(Slot::UnderWay) => return None,
             Some(Slot::Made(texture)) => return Some(texture),
-            None => self.state.borrow_mut().textures.push((i, kind, used, Slot::UnderWay)),
+            None => self.state.borrow_mut().textures.push((key, Slot::UnderWay)),
         }
         let view = View { names: self, kind, used };
         let entity = &self.textures[i].entity;
@@ -136,8 +146,8 @@ impl<'a> Names<'a> {
         self.report(found);
         let made: Arc<dyn Texture> = made.map_or_else(|| Arc::new(Faulty) as _, Arc::from);
         let mut state = self.state.borrow_mut();
-        for slot in state.textures.iter_mut().filter(|t| (t.0, t.1, t.2) == (i, kind, used)) {
-            slot.3 = Slot::Made(Arc::clone(&made));
+        for (_, slot) in state.textures.iter_mut().filter(|(k, _)| *k == key) {
+            *slot = Slot::Made(Arc::clone(&made));
         }
         Some(made)
     }
@@ -158,7 +168,7 @@ impl View<'_, '_> {
 }
 
 impl Named for View<'_, '_> {
-    fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Diagnostic> {
+    fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Box<Diagnostic>> {
         let is_float = kind == TextureKind::Float;
         let all = self.names.textures;
         if let Some(i) = all.iter().position(|t| t.name.value == name.value && t.is_float == is_float) {
@@ -169,7 +179,8 @@ impl Named for View<'_, '_> {
         if let Some(of_other_type) = all.iter().find(|t| t.name.value == name.value) {
             return Err(Diagnostic::error("wrong-type", format!("texture `{short}` is of the type `{other}`"))
                 .at(name.span, format!("a texture of the type `{wanted}` is needed here"))
-                .and(of_other_type.name.span, "defined here"));
+                .and(of_other_type.name.span, "defined here")
+                .into());
         }
         if self.names.incomplete {
             return Ok(Arc::new(Faulty));
@@ -179,10 +190,10 @@ impl Named for View<'_, '_> {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("define it: Texture \"{short}\" \"{wanted}\" \"imagemap\" ..."),
         };
-        Err(Diagnostic::error("unknown-texture", format!("unknown texture `{short}`")).at(name.span, "").help(help))
+        Err(Diagnostic::error("unknown-texture", format!("unknown texture `{short}`")).at(name.span, "").help(help).into())
     }
 
-    fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Diagnostic> {
+    fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Box<Diagnostic>> {
         let all = self.names.materials;
         let named = |m: &MaterialEntity| m.name.as_ref().map(|n| n.value.clone());
         if let Some(i) = all.iter().position(|m| named(m).as_ref() == Some(&name.value)) {
@@ -197,7 +208,7 @@ impl Named for View<'_, '_> {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("define it: MakeNamedMaterial \"{short}\" \"string type\" ..."),
         };
-        Err(Diagnostic::error("unknown-material", format!("unknown material `{short}`")).at(name.span, "").help(help))
+        Err(Diagnostic::error("unknown-material", format!("unknown material `{short}`")).at(name.span, "").help(help).into())
     }
 
     fn image(&self, path: &Spanned<String>, context: &Context) -> Result<Arc<Image>, String> {
@@ -219,10 +230,9 @@ impl Named for View<'_, '_> {
     }
 }
 
-fn made_of_itself(what: &str, name: &Spanned<String>) -> Diagnostic {
-    Diagnostic::error("cycle", format!("{what} `{}` is made of itself", shorten(&name.value)))
-        .at(name.span, "")
-        .help("name another one")
+fn made_of_itself(what: &str, name: &Spanned<String>) -> Box<Diagnostic> {
+    let message = format!("{what} `{}` is made of itself", shorten(&name.value));
+    Diagnostic::error("cycle", message).at(name.span, "").help("name another one").into()
 }
 
 /// Stands in for what is at fault, which has been reported: no light.

@@ -36,13 +36,13 @@ pub trait Named {
     ///
     /// # Errors
     /// If there is none of that kind.
-    fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Diagnostic>;
+    fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Box<Diagnostic>>;
 
     /// The material called `name`.
     ///
     /// # Errors
     /// If there is none.
-    fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Diagnostic>;
+    fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Box<Diagnostic>>;
 
     /// The picture in the file `path`, which starts at the folder of the file that it stands in.
     ///
@@ -61,12 +61,12 @@ pub trait Named {
 pub struct Nameless;
 
 impl Named for Nameless {
-    fn texture(&self, name: &Spanned<String>, _: TextureKind, _: &Context) -> Result<Arc<dyn Texture>, Diagnostic> {
-        Err(Diagnostic::error("unknown-texture", format!("unknown texture `{}`", name.value)).at(name.span, ""))
+    fn texture(&self, name: &Spanned<String>, _: TextureKind, _: &Context) -> Result<Arc<dyn Texture>, Box<Diagnostic>> {
+        Err(Diagnostic::error("unknown-texture", format!("unknown texture `{}`", name.value)).at(name.span, "").into())
     }
 
-    fn material(&self, name: &Spanned<String>, _: &Context) -> Result<Arc<dyn Material>, Diagnostic> {
-        Err(Diagnostic::error("unknown-material", format!("unknown material `{}`", name.value)).at(name.span, ""))
+    fn material(&self, name: &Spanned<String>, _: &Context) -> Result<Arc<dyn Material>, Box<Diagnostic>> {
+        Err(Diagnostic::error("unknown-material", format!("unknown material `{}`", name.value)).at(name.span, "").into())
     }
 
     fn image(&self, _: &Spanned<String>, _: &Context) -> Result<Arc<Image>, String> {
@@ -284,7 +284,7 @@ impl Params<'_> {
         match self.context().named.texture(text, kind, self.context()) {
             Ok(texture) => Some(Some(texture)),
             Err(fault) => {
-                self.report(fault);
+                self.report(*fault);
                 Some(None)
             }
         }

@@ -45,7 +45,7 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
     let find = |name| match p.context().named.material(name, p.context()) {
         Ok(material) => Some(material),
         Err(fault) => {
-            p.report(fault);
+            p.report(*fault);
             None
         }
     };

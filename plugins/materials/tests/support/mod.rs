@@ -77,14 +77,14 @@ impl Texture for Ramp {
 struct Things;
 
 impl Named for Things {
-    fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Diagnostic> {
+    fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Box<Diagnostic>> {
         match name.value.as_str() {
             "ramp" => Ok(Arc::new(Ramp)),
             _ => Nameless.texture(name, kind, context),
         }
     }
 
-    fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Diagnostic> {
+    fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Box<Diagnostic>> {
         match name.value.as_str() {
             "gold" => Ok(Arc::from(rough_gold(0.3))),
             "mirror" => Ok(Arc::from(build("mirror", &[]))),
