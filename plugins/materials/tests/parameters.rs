@@ -125,5 +125,5 @@ fn defaults_are_pbrts() {
     let coat = [float("reflectance", 0.5), float("roughness", 0.0), float("thickness", 0.01), float("eta", 1.5)];
     assert_eq!(sample("coateddiffuse", &[]), sample("coateddiffuse", &coat));
     let both = texts("materials", &["gold", "matt"]);
-    assert_eq!(sample("mix", &[both.clone()]), sample("mix", &[both, float("amount", 0.5)]));
+    assert_eq!(sample("mix", std::slice::from_ref(&both)), sample("mix", &[both.clone(), float("amount", 0.5)]));
 }
