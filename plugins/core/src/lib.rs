@@ -12,9 +12,11 @@
 pub mod blackhole;
 pub mod camera;
 pub mod clearance;
+mod clearance_instances;
 pub mod diagnostics;
 pub mod geometry;
 pub mod image;
+pub mod instance;
 pub mod integrator;
 pub mod intersector;
 pub mod layer;
