@@ -122,8 +122,7 @@ pub(super) fn assemble(
     }
     let [lo, hi] = lambda_range;
     let power = emitters.iter().map(|e: &Emitter| {
-        let power = f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize]);
-        if power.is_finite() { power.max(0.0) } else { 0.0 }
+        finite_power(f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize]))
     });
     let lights: Vec<Arc<dyn Light>> = parts
         .lights
@@ -134,7 +133,8 @@ pub(super) fn assemble(
             Some(Arc::from(light))
         })
         .collect();
-    let light_choice = Discrete::new(power.chain(lights.iter().map(|l| f64::from(l.power(lo, hi)))));
+    let radius = scene_radius(&bounds);
+    let light_choice = Discrete::new(power.chain(lights.iter().map(|l| finite_power(l.power(lo, hi, radius).into()))));
 
     let (intersector_span, builder) = parts.intersector?;
     let intersector = match builder.build(&geometries) {
@@ -193,13 +193,23 @@ impl Files for Nothing {
     }
 }
 
+/// A power that lights can be chosen by.
+fn finite_power(power: f64) -> f64 {
+    if power.is_finite() { power.max(0.0) } else { 0.0 }
+}
+
+/// Radius of a sphere around all surfaces (scene units); 1 without any, as nothing is lit then.
+fn scene_radius(bounds: &Aabb) -> f64 {
+    if bounds.is_empty() { 1.0 } else { 0.5 * (bounds.max - bounds.min).length() }
+}
+
 /// Footprints of rays in a scene within `bounds`; without a surface there is nothing that rays could miss.
 fn footprints(bounds: &Aabb, camera: &dyn Camera) -> Footprints {
     if bounds.is_empty() {
         return Footprints::default();
     }
     let distance = (camera.position() - bounds.center()).length();
-    Footprints::new((bounds.max - bounds.min).length(), distance, camera.pixel_angle())
+    Footprints::new((bounds.max - bounds.min).length(), distance, |d| camera.pixel_width(d))
 }
 
 /// World position of render space's origin: the world's own if the scene is near it, else the scene's middle.
@@ -307,7 +317,7 @@ fn check_points(
 
 /// Nobody stands at or inside the horizon.
 fn check_camera(camera: &dyn Camera, span: Option<Span>, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
-    let r = (camera.position() - hole.center).length();
+    let r = (camera.nearest_origin(hole.center) - hole.center).length();
     if r > hole.rs {
         return;
     }

@@ -70,8 +70,8 @@ impl Camera for Perspective {
         self.render_from_camera.translation
     }
 
-    fn pixel_angle(&self) -> f64 {
-        self.per_pixel.abs().min_element()
+    fn pixel_width(&self, distance: f64) -> f64 {
+        self.per_pixel.abs().min_element() * distance
     }
 
     fn rebase(&mut self, origin: DVec3) {

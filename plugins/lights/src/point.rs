@@ -51,7 +51,7 @@ impl Light for Point {
         self.intensity.sample(lambda_nm) * self.scale
     }
 
-    fn power(&self, lo: f32, hi: f32) -> f32 {
+    fn power(&self, lo: f32, hi: f32, _: f64) -> f32 {
         4.0 * PI * mean(self.intensity.as_ref(), lo, hi) * self.scale
     }
 
