@@ -173,12 +173,11 @@ impl<'a> Sample<'a> {
             return SampledSpectrum::ZERO;
         };
         if clock == 1.0 {
-            return job.transport.radiance(job.scene, self.ray, &mut self.lambda, &mut self.stream, log);
+            return job.transport.radiance(job.scene, self.ray, &self.lambda, &mut self.stream, log);
         }
         // Transports know the observer at the scene's camera only: it receives the same light at other wavelengths.
-        let mut lambda = SampledWavelengths { lambda_nm: self.lambda.at(clock as f32), ..self.lambda };
-        let radiance = job.transport.radiance(job.scene, self.ray, &mut lambda, &mut self.stream, log);
-        self.lambda.pdf = lambda.pdf;
+        let lambda = SampledWavelengths { lambda_nm: self.lambda.at(clock as f32), ..self.lambda };
+        let radiance = job.transport.radiance(job.scene, self.ray, &lambda, &mut self.stream, log);
         radiance * job.scene.radiance_factor(clock)
     }
 }

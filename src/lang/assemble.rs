@@ -121,9 +121,9 @@ pub(super) fn assemble(
         return None;
     }
     let [lo, hi] = lambda_range;
-    let power = emitters.iter().map(|e: &Emitter| {
-        finite_power(f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize]))
-    });
+    let power = emitters
+        .iter()
+        .map(|e: &Emitter| finite_power(f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize])));
     let lights: Vec<Arc<dyn Light>> = parts
         .lights
         .into_iter()
@@ -296,8 +296,13 @@ fn check_points(
     hole: Option<(Span, BlackHole)>,
     found: &mut Vec<Diagnostic>,
 ) {
-    let points = lights.iter().filter_map(|(span, light)| Some((*span, light.as_ref()?.position()?)));
-    for (span, position) in points {
+    for (span, light) in lights.iter().filter_map(|(span, light)| Some((*span, light.as_ref()?))) {
+        let Some(position) = light.position() else {
+            if !aims && light.sample_sky(Vec2::splat(0.5)).is_some_and(|s| s.is_parallel) {
+                not_found(span, "no path leaves the scene in exactly its direction by chance", found);
+            }
+            continue;
+        };
         if let Some((hole_span, hole)) = hole.filter(|(_, h)| (position - h.center).length() <= h.rs) {
             found.push(
                 Diagnostic::error("inside-horizon", "this light lies inside the black hole")
@@ -306,13 +311,17 @@ fn check_points(
                     .help("move it out, or make `rs` smaller"),
             );
         } else if !aims {
-            found.push(
-                Diagnostic::warning("light-not-found", "the light transport does not find this light")
-                    .at(span, "no path meets a point by chance")
-                    .help("use LightTransport \"path\" with light sampling, or a small sphere as a lamp"),
-            );
+            not_found(span, "no path meets a point by chance", found);
         }
     }
+}
+
+fn not_found(span: Span, why: &str, found: &mut Vec<Diagnostic>) {
+    found.push(
+        Diagnostic::warning("light-not-found", "the light transport does not find this light")
+            .at(span, why)
+            .help("use LightTransport \"path\" with light sampling, or a lamp that has a size"),
+    );
 }
 
 /// Nobody stands at or inside the horizon.

@@ -50,7 +50,8 @@ fn rays_leave_in_the_direction_that_was_asked_for_and_spread_as_their_neighbours
         let direction = (far - hole.center).normalize();
         for (image, c) in connect_sky(&hole, x, direction, 0).into_iter().enumerate() {
             let c = c.unwrap_or_else(|| panic!("image {image} missing: r {r} theta {theta}"));
-            let (arrived, phi) = traced(&hole, x, c.launch).unwrap_or_else(|| panic!("{i} {image}: captured, r {r} theta {theta}"));
+            let (arrived, phi) =
+                traced(&hole, x, c.launch).unwrap_or_else(|| panic!("{i} {image}: captured, r {r} theta {theta}"));
             // Light that turns close to the photon sphere magnifies rounding by the inverse of its spread.
             let allowed = 1e-8 + 1e-12 / c.spread.min(1.0).max(1e-9) + 1e-13 * phi.exp().powi(2);
             let miss = (arrived - direction).length();

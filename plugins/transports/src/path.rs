@@ -97,7 +97,7 @@ impl LightTransport for Path {
         &self,
         scene: &Scene,
         mut ray: Ray,
-        lambda: &mut SampledWavelengths,
+        lambda: &SampledWavelengths,
         stream: &mut SampleStream,
         log: &mut TraceLog,
     ) -> SampledSpectrum {
@@ -105,6 +105,8 @@ impl LightTransport for Path {
         let connections = scene.integrator.connections().filter(|_| aims);
         let mut radiance = SampledSpectrum::ZERO;
         let mut throughput = SampledSpectrum::ONE;
+        // Those that the path still has.
+        let mut lambda = *lambda;
         // `None` after the camera and after specular bounces: nothing but chance finds lamps there.
         let mut chosen: Option<Chosen> = None;
         for depth in 0..=self.max_depth {
@@ -112,15 +114,15 @@ impl LightTransport for Path {
                 Arrival::Surface(hit) => hit,
                 Arrival::Sky(direction) => {
                     let sky = match (connections, &chosen) {
-                        (Some(c), Some(chosen)) => chosen.sky(scene, c, &ray, direction, log.phi, lambda),
-                        _ => scene.sky(direction, lambda),
+                        (Some(c), Some(chosen)) => chosen.sky(scene, c, &ray, direction, log.phi, &lambda),
+                        _ => scene.sky(direction, &lambda),
                     };
                     radiance += throughput * sky;
                     break;
                 }
                 Arrival::Hole | Arrival::OutOfSteps => break,
             };
-            let Some(vertex) = scene.vertex(hit, lambda) else {
+            let Some(vertex) = scene.vertex(hit, &lambda) else {
                 log.counters.inside_horizon += 1;
                 break;
             };
@@ -143,7 +145,7 @@ impl LightTransport for Path {
             {
                 // Along straight lines it costs so little to look that leaving light to chance only adds noise.
                 let found = if scene.integrator.is_curved() { radiance.max() / throughput.max() } else { 0.0 };
-                radiance += throughput * sample_light(scene, c, &vertex, found, lambda, stream, log);
+                radiance += throughput * sample_light(scene, c, &vertex, found, &lambda, stream, log);
             }
 
             // ---- The next direction
@@ -151,6 +153,9 @@ impl LightTransport for Path {
                 break;
             };
             throughput *= sample.weight;
+            if sample.drops_wavelengths {
+                lambda.drop_secondary(&mut throughput);
+            }
             if throughput.is_zero() || !vertex.is_consistent(sample.wi) {
                 break;
             }
