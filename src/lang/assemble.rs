@@ -1,6 +1,6 @@
 //! Plugins, each made alone, to a scene: render space, the intersector, emitters, and what must hold between the parts.
 
-use crate::lang::build::LoadCounters;
+use crate::lang::build::{LoadCounters, View};
 use crate::lang::has_errors;
 use crate::lang::overrides::Overrides;
 use crate::registry::{Registry, bare_context};
@@ -18,6 +18,7 @@ use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
 use bhs_core::scene::{Footprints, Scene, ShapeBinding};
 use bhs_core::world::World;
 use glam::{DVec3, Vec2};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// All plugins of a scene, in world space. What could not be made has been reported.
@@ -25,9 +26,8 @@ pub(super) struct Parts {
     pub integrator: Option<(String, Box<dyn Integrator>)>,
     /// With the place of its name.
     pub intersector: Option<(Span, Box<dyn IntersectorBuilder>)>,
-    pub camera: Option<Box<dyn Camera>>,
-    /// Place of the camera's name, if the scene has a camera.
-    pub camera_span: Option<Span>,
+    /// At least one.
+    pub cameras: Vec<PartCamera>,
     /// With the place of its name; its radius is above 0.
     pub hole: Option<(Span, BlackHole)>,
     pub lambda_range: [f32; 2],
@@ -39,6 +39,15 @@ pub(super) struct Parts {
     /// Whether the light transport samples lights.
     pub aims_at_lights: bool,
     pub shapes: Vec<Part>,
+}
+
+/// A camera that has been made.
+pub(super) struct PartCamera {
+    /// Its own name.
+    pub name: Option<String>,
+    /// Place of the plugin's name, if the scene has a camera.
+    pub span: Option<Span>,
+    pub camera: Option<Box<dyn Camera>>,
 }
 
 /// A shape that has been made.
@@ -57,7 +66,9 @@ pub(super) struct Part {
 /// A scene in render space.
 pub(super) struct Assembled {
     pub scene: Scene,
-    pub camera: Box<dyn Camera>,
+    /// The one that the scene is seen from.
+    pub view: View,
+    pub further_views: VecDeque<View>,
     pub integrator_name: String,
     pub load: LoadCounters,
 }
@@ -69,23 +80,22 @@ pub(super) fn assemble(
     overrides: &Overrides,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Assembled> {
-    let Parts { camera, camera_span, lambda_range, shapes, .. } = parts;
+    let Parts { mut cameras, lambda_range, shapes, .. } = parts;
     let (integrator_name, integrator) = choose_integrator(parts.integrator, parts.hole.as_ref(), registry, found);
 
     // Render space: single precision is fine near its origin only.
     check_range(&shapes, found);
     let bounds = shapes.iter().fold(Aabb::EMPTY, |b, s| b.union(s.geometry.bounds()));
-    let origin = render_origin(&bounds, camera.as_deref());
+    let origin = render_origin(&bounds, cameras.first().and_then(|c| c.camera.as_deref()));
     let moved_hole = parts.hole.map(|(span, h)| (span, BlackHole { center: h.center - origin, ..h }));
     let bending_hole = moved_hole.filter(|_| integrator.as_ref().is_some_and(|i| i.is_curved()));
-    let camera = camera.map(|mut camera| {
-        camera.rebase(origin);
-        camera
-    });
-    // Where a camera is missing, it may be for another fault.
-    let unknown_camera = overrides.without_camera || (camera_span.is_none() && has_errors(found));
-    if let (Some(camera), Some((span, hole)), false) = (&camera, bending_hole, unknown_camera) {
-        check_camera(camera.as_ref(), camera_span, span, &hole, found);
+    cameras.iter_mut().filter_map(|c| c.camera.as_mut()).for_each(|c| c.rebase(origin));
+    for PartCamera { span, camera, .. } in &cameras {
+        // Where a camera is missing, it may be for another fault.
+        let unknown = overrides.without_camera || (span.is_none() && has_errors(found));
+        if let (Some(camera), Some((hole_span, hole)), false) = (camera, bending_hole, unknown) {
+            check_camera(camera.as_ref(), *span, hole_span, &hole, found);
+        }
     }
     let world_hole = bending_hole.map(|(span, h)| (span, BlackHole { center: h.center + origin, ..h }));
     check_points(&parts.lights, parts.aims_at_lights, world_hole, found);
@@ -149,11 +159,18 @@ pub(super) fn assemble(
         }
     };
     let world = World::new(geometries, intersector, moved_hole.map(|(_, h)| h), origin);
-    let (camera, integrator) = (camera?, integrator?);
-    let observer = integrator.observer(&world, camera.position()).unwrap_or(Observer::FLAT);
-    let footprints = footprints(&world.bounds, camera.as_ref());
-    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_choice, camera: observer, footprints };
-    Some(Assembled { scene, camera, integrator_name, load })
+    let integrator = integrator?;
+    let mut further_views = VecDeque::new();
+    for PartCamera { name, camera, .. } in cameras {
+        let camera = camera?;
+        let observer = integrator.observer(&world, camera.position()).unwrap_or(Observer::FLAT);
+        let footprints = footprints(&world.bounds, camera.as_ref());
+        further_views.push_back(View { name, camera, observer, footprints });
+    }
+    let view = further_views.pop_front()?;
+    let (camera, footprints) = (view.observer, view.footprints);
+    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_choice, camera, footprints };
+    Some(Assembled { scene, view, further_views, integrator_name, load })
 }
 
 /// The integrator to use: where nothing bends light it is `straight`, so that the picture is the same bit for bit.

@@ -1,11 +1,13 @@
 //! The description of a scene to a scene that can be rendered: every plugin made, everything joined, moved to render space.
 
-use crate::lang::assemble::{self, Part, Parts};
+use crate::lang::assemble::{self, Part, PartCamera, Parts};
+use crate::lang::attributes;
 use crate::lang::description::{Entity, SceneDescription, ShapeEntity};
 use crate::lang::hole::build_hole;
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry, bare_context};
+use bhs_core::blackhole::Observer;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
@@ -15,9 +17,10 @@ use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::Sampler;
-use bhs_core::scene::Scene;
+use bhs_core::scene::{Footprints, Scene};
 use bhs_core::transport::LightTransport;
 use bhs_core::value::Param;
+use std::collections::VecDeque;
 
 /// A scene that can be rendered.
 pub struct BuiltScene {
@@ -25,6 +28,10 @@ pub struct BuiltScene {
     pub scene: Scene,
     /// Where it is seen from, in render space.
     pub camera: Box<dyn Camera>,
+    /// The camera's name, if it has one.
+    pub camera_name: Option<String>,
+    /// The scene's other cameras, in their order.
+    further_views: VecDeque<View>,
     /// What records it.
     pub film: Box<dyn Film>,
     /// Where samples of a pixel go.
@@ -47,6 +54,32 @@ pub struct BuiltScene {
     pub load: LoadCounters,
     /// What the user should know; no errors.
     pub warnings: Vec<Diagnostic>,
+}
+
+/// A camera, and what a scene knows of it.
+pub(super) struct View {
+    pub name: Option<String>,
+    pub camera: Box<dyn Camera>,
+    pub observer: Observer,
+    pub footprints: Footprints,
+}
+
+impl BuiltScene {
+    /// The names of the cameras that have not had their turn, the current one first.
+    pub fn camera_names(&self) -> impl Iterator<Item = Option<&str>> {
+        std::iter::once(self.camera_name.as_deref()).chain(self.further_views.iter().map(|v| v.name.as_deref()))
+    }
+
+    /// Looks through the next camera of the scene in place of the current one; false if there is none.
+    pub fn next_camera(&mut self) -> bool {
+        let Some(view) = self.further_views.pop_front() else { return false };
+        let View { name, camera, observer, footprints } = view;
+        self.camera = camera;
+        self.camera_name = name;
+        self.scene.camera = observer;
+        self.scene.footprints = footprints;
+        true
+    }
 }
 
 /// What was loaded.
@@ -73,8 +106,8 @@ pub fn build(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     let hash = hash(sources);
-    let camera_given = description.camera.is_some();
-    let mut settings = Settings::take(&mut description, overrides, registry, sources);
+    let camera_given = !description.cameras.is_empty();
+    let mut settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
 
     // What the other plugins may ask for comes first: seed, film, hole.
     let context = bare_context(sources, registry.spectra());
@@ -107,8 +140,15 @@ pub fn build(
     let parts = Parts {
         integrator: build_integrator(&settings.integrator, registry, context, &mut found),
         intersector: find_intersector(&intersector, registry, context, &mut found),
-        camera: create::<dyn Camera>(&settings.camera, registry, context, &mut found),
-        camera_span: camera_given.then_some(settings.camera.name.span),
+        cameras: settings
+            .cameras
+            .iter()
+            .map(|c| PartCamera {
+                name: c.name.as_ref().map(|n| n.value.clone()),
+                span: camera_given.then_some(c.entity.name.span),
+                camera: create::<dyn Camera>(&c.entity, registry, context, &mut found),
+            })
+            .collect(),
         lambda_range: context.lambda_range,
         materials: create_all::<dyn Material>(description.materials.iter().map(|m| &m.entity), registry, context, &mut found),
         default_material: create::<dyn Material>(&settings.material, registry, context, &mut found),
@@ -126,12 +166,19 @@ pub fn build(
 
     // All has been checked that can be checked alone; now what it makes together.
     let assembled = assemble::assemble(parts, registry, overrides, &mut found);
+    if !crate::lang::has_errors(&found) {
+        attributes::warn_unused(&description, &mut found);
+    }
     in_order(&mut found);
+    // What `Attribute` states wrongly is found again with every directive that takes it.
+    found.dedup();
     let failed = crate::lang::has_errors(&found);
     match (assembled, film, filter, sampler, transport) {
         (Some(a), Some(film), Some(filter), Some(sampler), Some(transport)) if !failed => Ok(BuiltScene {
             scene: a.scene,
-            camera: a.camera,
+            camera: a.view.camera,
+            camera_name: a.view.name,
+            further_views: a.further_views,
             film,
             filter,
             sampler,

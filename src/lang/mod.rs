@@ -6,13 +6,17 @@
 //!    data that knows no plugin;
 //! 4. [`build`](mod@build) makes the plugins and joins them to a [`build::BuiltScene`].
 //!
+//! [`format`](mod@format) prints a scene's directives again.
+//!
 //! Every step yields its result *and* all faults that it found, with their places in the text.
 
 mod assemble;
 pub mod ast;
+pub mod attributes;
 pub mod build;
 pub mod description;
 mod directives;
+pub mod format;
 mod hole;
 pub mod overrides;
 pub mod parse;
@@ -21,9 +25,11 @@ pub mod source;
 #[cfg(test)]
 mod tests;
 pub mod transform;
+mod views;
 
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
+pub use format::format;
 pub use overrides::Overrides;
 pub use source::SourceMap;
 

@@ -3,6 +3,7 @@
 //! A machine with pbrt's graphics state; it knows no plugin.
 
 use crate::lang::ast::Directive;
+use crate::lang::attributes::{Attributes, Defaults};
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::directives::{self, Row, Section, Takes};
 use crate::lang::parse::{Directives, shorten};
@@ -28,6 +29,7 @@ pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Dia
             reverse_orientation: false,
             material: CurrentMaterial::Default,
             area_light: None,
+            attributes: Attributes::default(),
         },
         stack: Vec::new(),
         too_deep: 0,
@@ -62,7 +64,7 @@ impl Call {
 
     pub(super) fn entity(self, world_from_object: DAffine3) -> Entity {
         let Call { keyword, span, name, params, faulty, .. } = self;
-        Entity { name, params, span, keyword, faulty, world_from_object }
+        Entity { name, params, defaults: Defaults::default(), span, keyword, faulty, world_from_object }
     }
 }
 
@@ -81,6 +83,7 @@ pub(super) struct State {
     pub(super) reverse_orientation: bool,
     pub(super) material: CurrentMaterial,
     pub(super) area_light: Option<usize>,
+    pub(super) attributes: Attributes,
 }
 
 /// The machine that runs directives.
