@@ -28,7 +28,8 @@ impl<'a> LayerCollector<'a> {
     /// A collector of the film's layers; `None` if it asks for none.
     pub fn new(scene: &'a Scene, film: &'a dyn Film) -> Option<Self> {
         let layers = film.layers();
-        (!layers.is_empty()).then(|| Self { scene, layers, albedo: AlbedoColor::new(film) })
+        let of_rays = layers.iter().any(|l| *l != Layer::Variance);
+        of_rays.then(|| Self { scene, layers, albedo: AlbedoColor::new(film) })
     }
 
     /// The values of all layers, in the film's order, for a camera ray; `None` for what this ray has no value of.
@@ -68,6 +69,9 @@ impl Seen<'_> {
             Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v, v.shift * self.clock())),
             Layer::Position => self.hit().map(|h| (h.point + self.scene.world.origin).to_array()),
             Layer::Normal => self.hit().map(|h| self.scene.world.surface(h).normal.to_array()),
+            Layer::Depth => self.hit().map(|h| scalar((h.point - self.ray.origin).length())),
+            // What samples find is no matter of the ray.
+            Layer::Variance => None,
             Layer::ShadingNormal => self.hit().map(|h| self.scene.world.surface(h).shading_normal.to_array()),
         }
     }

@@ -10,6 +10,7 @@ use crate::progress::Progress;
 use bhs_core::blackhole::Observer;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::integrator::Ray;
+use bhs_core::layer::Layer;
 use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::scene::Scene;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
@@ -111,6 +112,7 @@ fn render_tile(
     samples: std::ops::Range<u32>,
 ) -> Counters {
     let mut log = TraceLog::default();
+    let wants_variance = job.film.layers().contains(&Layer::Variance);
     for i in 0..tile.weights.len() {
         let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
         for index in samples.clone() {
@@ -119,10 +121,22 @@ fn render_tile(
                 tile.add_layers(i, job.film.layers(), layers.values(&seen.ray), f64::from(seen.weight));
             }
             let sums = &mut tile.sums[i * channels..][..channels];
-            tile.weights[i] += seen.add(job, sums, &mut log);
+            let before = wants_variance.then(|| color(sums));
+            let weight = seen.add(job, sums, &mut log);
+            if let Some(before) = before.filter(|_| weight != 0.0) {
+                let after = color(sums);
+                let sample = std::array::from_fn(|c| (after[c] - before[c]) / weight);
+                tile.add_variance(i, job.film.layers(), sample);
+            }
+            tile.weights[i] += weight;
         }
     }
     log.counters
+}
+
+/// Red, green and blue, with which all films begin.
+fn color(sums: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|c| sums.get(c).copied().unwrap_or_default())
 }
 
 /// One sample of one pixel, before it is followed.

@@ -63,7 +63,8 @@ pub trait Film: Send + Sync {
         &[]
     }
 
-    /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to a pixel's sums, one for each channel.
+    /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to a pixel's sums, one for each channel. There may be
+    /// three of them only, for who asks for the colour alone: films begin with red, green and blue.
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]);
 
     /// Display colour (sRGB, encoded, 0 to 1) of a pixel whose channels have the given values.
