@@ -53,7 +53,7 @@ fn rays_leave_in_the_direction_that_was_asked_for_and_spread_as_their_neighbours
             let (arrived, phi) =
                 traced(&hole, x, c.launch).unwrap_or_else(|| panic!("{i} {image}: captured, r {r} theta {theta}"));
             // Light that turns close to the photon sphere magnifies rounding by the inverse of its spread.
-            let allowed = 1e-8 + 1e-12 / c.spread.min(1.0).max(1e-9) + 1e-13 * phi.exp().powi(2);
+            let allowed = 1e-8 + 1e-12 / c.spread.clamp(1e-9, 1.0) + 1e-13 * phi.exp().powi(2);
             let miss = (arrived - direction).length();
             assert!(miss < allowed, "image {image}: misses by {miss:.1e}: r {r} theta {theta}");
             assert!((phi - c.phi).abs() < 1e-6, "image {image}: sweeps {phi} not {}", c.phi);

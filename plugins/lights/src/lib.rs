@@ -40,7 +40,7 @@ fn rescale(p: &Params, name: &'static str, about: &'static str, spectrum: &dyn S
 fn rescale_to(p: &Params, name: &'static str, about: &'static str, strength: impl Fn() -> f64) -> f32 {
     match p.optional::<f64>(name, "", about) {
         None => 1.0,
-        Some(wanted) if !(wanted > 0.0) => {
+        Some(wanted) if wanted <= 0.0 => {
             p.reject(name, format!("`{name}` must be above 0"), format!("found {wanted}"));
             1.0
         }
