@@ -162,6 +162,7 @@ fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde
         "samples_per_pixel": rendered.samples,
         "interrupted": rendered.interrupted,
         "seconds": phases.to_json(),
+        "processor_seconds": phases.processor_to_json(),
         "peak_memory_bytes": peak_memory(),
         "triangles": built.load.triangles,
         "zero_area_triangles_dropped": built.load.zero_area_triangles,

@@ -211,7 +211,7 @@ fn create_all<'e, T: Kind + ?Sized>(
 }
 
 /// The seed, and the name of the intersector.
-fn build_options(
+pub(super) fn build_options(
     options: &[Param],
     registry: &Registry,
     context: Context,
@@ -248,7 +248,7 @@ fn find_intersector(
 const PBRT_INTEGRATORS: &[&str] =
     &["ambientocclusion", "bdpt", "lightpath", "mlt", "path", "randomwalk", "simplepath", "simplevolpath", "sppm", "volpath"];
 
-fn build_integrator(
+pub(super) fn build_integrator(
     entity: &Entity,
     registry: &Registry,
     context: Context,

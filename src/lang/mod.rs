@@ -18,6 +18,7 @@ pub mod description;
 mod directives;
 pub mod format;
 mod hole;
+mod method;
 pub mod overrides;
 pub mod parse;
 pub mod resolve;
@@ -30,6 +31,7 @@ mod views;
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
 pub use format::format;
+pub use method::{Method, load_method};
 pub use overrides::Overrides;
 pub use source::SourceMap;
 

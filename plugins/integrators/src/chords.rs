@@ -340,9 +340,6 @@ impl<'w> Chords<'w> {
 
     /// The angle swept at a point of the chord of `span`, in radians.
     fn angle_of(&self, span: &Span, point: DVec3) -> f64 {
-        let outward = (span.from.point - self.plane.center) * span.from.u;
-        let ahead = self.plane.e1.cross(self.plane.e2).cross(outward);
-        let p = point - self.plane.center;
-        span.from.phi + p.dot(ahead).atan2(p.dot(outward))
+        self.plane.angle(span.from.phi, span.from.point, point)
     }
 }
