@@ -56,11 +56,9 @@ fn a_distant_light_lights_by_the_cosine() {
         assert!((seen - 0.8 / PI * 6.0 * cos).abs() < 2e-3 * seen + 1e-9, "{y}: {seen}");
     }
     // What stands in its way shadows.
-    let blocked = format!(
-        r#"LightSource "distant" "point3 from" [0 1 1] "point3 to" [0 0 0]
-        Translate 0 2 2 Shape "sphere" "float radius" 0.5"#
-    );
-    assert_eq!(floor(quick, &blocked), 0.0);
+    let blocked = r#"LightSource "distant" "point3 from" [0 1 1] "point3 to" [0 0 0]
+        Translate 0 2 2 Shape "sphere" "float radius" 0.5"#;
+    assert_eq!(floor(quick, blocked), 0.0);
 }
 
 /// A sky of 8 by 4 pixels, most of it dim, one of them a sun; in the folder of the test program's own.
