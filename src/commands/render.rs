@@ -164,6 +164,7 @@ fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde
         "seconds": phases.to_json(),
         "processor_seconds": phases.processor_to_json(),
         "peak_memory_bytes": peak_memory(),
+        "instances": built.load.instances,
         "triangles": built.load.triangles,
         "zero_area_triangles_dropped": built.load.zero_area_triangles,
         "counts": counters_to_json(&rendered.counters),
