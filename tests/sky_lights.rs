@@ -179,7 +179,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
         for triangle in 0..mesh.triangles.len() as u32 {
             for i in 0..points {
                 let u = Vec2::new(((i as f64 + 0.5) / points as f64) as f32, random(i, 7 + u64::from(triangle)) as f32);
-                let (x, b) = sample_triangle(mesh, triangle, u);
+                let (x, b) = sample_triangle(mesh.corners(triangle), u);
                 let observer = scene.observer(x).expect("outside");
                 let normal = mesh.surface(triangle, b).normal;
                 let local_normal = observer.frame.local_normal(normal);
@@ -189,7 +189,8 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
                     if scene.visible(connections, &start, x, &light, &c, &mut log) {
                         let arriving = scene.arriving(&light, &c, &observer, &lambda);
                         let irradiance = f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
-                        let area = mesh.triangle_area(triangle) * observer.frame.area_factor(normal) / points as f64;
+                        let area = bhs_core::geometry::triangle_area(mesh.corners(triangle)) * observer.frame.area_factor(normal)
+                            / points as f64;
                         arrived[g] += irradiance * area / (1.0 - hole.rs / (x - hole.center).length());
                     }
                 }
