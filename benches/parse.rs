@@ -43,6 +43,9 @@ fn parse(c: &mut Criterion) {
     for (name, text) in [("mesh", mesh(50_000)), ("directives", directives(10_000))] {
         group.throughput(Throughput::Bytes(text.len() as u64));
         group.bench_function(format!("{name}/directives"), |b| b.iter(|| Directives::new(black_box(&text), 0).count()));
+        group.bench_function(format!("{name}/by the grammar alone"), |b| {
+            b.iter(|| Directives::by_grammar(black_box(&text), 0).count());
+        });
         group.bench_function(format!("{name}/description"), |b| {
             b.iter(|| {
                 let mut sources = SourceMap::new();

@@ -184,7 +184,7 @@ impl Registry {
 }
 
 /// A context in which nothing of the scene is known yet.
-pub(crate) fn bare_context<'a>(files: &'a dyn Files, spectra: &'a dyn SpectrumSource) -> Context<'a> {
+pub fn bare_context<'a>(files: &'a dyn Files, spectra: &'a dyn SpectrumSource) -> Context<'a> {
     Context {
         files,
         spectra,

@@ -209,7 +209,7 @@ impl Default for Numbers {
 }
 
 /// The number that `word` is, which may be too large to be finite, and whether it is written as an integer.
-fn read_number(word: &str) -> Option<(f64, bool)> {
+pub(super) fn read_number(word: &str) -> Option<(f64, bool)> {
     // Rust would read `inf` and `nan` too; of these characters it reads exactly the grammar's numbers.
     let mut whole = true;
     for b in word.bytes() {
