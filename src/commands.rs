@@ -177,7 +177,7 @@ pub fn trace(args: &TraceArgs, color: bool) -> Result<ExitStatus> {
 /// If the scene cannot be measured or a file cannot be written.
 pub fn bench(args: &BenchArgs, color: bool) -> Result<ExitStatus> {
     if args.scene == Path::new("-") {
-        // It is built many times.
+        // It is read several times.
         eprintln!("error: `bhs bench` needs a file");
         return Ok(ExitStatus::CommandLine);
     }
@@ -186,32 +186,43 @@ pub fn bench(args: &BenchArgs, color: bool) -> Result<ExitStatus> {
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder `{}`", folder.display()))?;
     }
+    let hash = built.hash.clone();
     let wanted = |what: &str| args.only.as_deref().is_none_or(|only| only == what);
     let mut measured = Vec::new();
     if wanted("integrators") {
         measured.extend(crate::bench::integrators::measure(&built, args.rays as usize, args.rounds));
     }
     if wanted("transports") {
-        let quietly = |overrides: &Overrides| {
+        // The pictures' own resolution sets what rays need not tell apart; all of them share one scene.
+        drop(built);
+        let overrides = Overrides { resolution: Some(args.resolution), ..Default::default() };
+        let Some(small) = load(&args.scene, &overrides, color) else { return Ok(ExitStatus::Fault) };
+        let registry = Registry::builtin();
+        let make = |overrides: &Overrides| {
             let mut sources = SourceMap::new();
-            lang::load(&args.scene.to_string_lossy(), &Registry::builtin(), overrides, &mut sources).ok()
+            lang::load_method(&args.scene.to_string_lossy(), &registry, overrides, &mut sources)
+                .map_err(|found| anyhow::anyhow!("{}", report::render(&found, &sources, color)))
         };
-        let curved = built.scene.integrator.is_curved();
-        measured.push(crate::bench::transports::measure(quietly, args.resolution, curved, args.rounds)?);
+        measured.push(crate::bench::transports::measure(small, make, args.rounds)?);
     }
     let mut out = std::io::stdout().lock();
     if args.json {
-        let tables: serde_json::Map<_, _> = measured.iter().map(|m| (m.name.to_owned(), m.table.to_json())).collect();
-        writeln!(out, "{}", serde_json::to_string_pretty(&json!({ "scene": built.hash, "tables": tables }))?)?;
+        let tables: serde_json::Map<_, _> =
+            measured.iter().flat_map(|m| m.tables()).map(|(name, table)| (name, table.to_json())).collect();
+        writeln!(out, "{}", serde_json::to_string_pretty(&json!({ "scene": hash, "tables": tables }))?)?;
     } else {
         for m in &measured {
             writeln!(out, "{}\n\n{}", m.chart.title, m.table.to_markdown())?;
+            if let Some(summary) = &m.summary {
+                writeln!(out, "{}, {}\n\n{}", m.name.replace('_', " "), summary.title, summary.table.to_markdown())?;
+            }
         }
     }
     if let Some(folder) = &args.output {
         for m in &measured {
-            for (ending, text) in [("csv", m.table.to_csv()), ("svg", m.chart.to_svg())] {
-                let file = OutputFile::reserve(&folder.join(format!("{}.{ending}", m.name)))?;
+            let tables = m.tables().map(|(name, table)| (format!("{name}.csv"), table.to_csv()));
+            for (name, text) in tables.chain([(format!("{}.svg", m.name), m.chart.to_svg())]) {
+                let file = OutputFile::reserve(&folder.join(name))?;
                 file.finish(|to| Ok(to.write_all(text.as_bytes())?))?;
             }
         }

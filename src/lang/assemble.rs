@@ -2,6 +2,7 @@
 
 use crate::lang::build::{LoadCounters, View};
 use crate::lang::has_errors;
+use crate::lang::instances::{ObjectPart, Placed};
 use crate::lang::overrides::Overrides;
 use crate::registry::{Registry, bare_context};
 use bhs_core::blackhole::{BlackHole, Observer};
@@ -39,6 +40,7 @@ pub(super) struct Parts {
     /// Whether the light transport samples lights.
     pub aims_at_lights: bool,
     pub shapes: Vec<Part>,
+    pub objects: Vec<ObjectPart>,
 }
 
 /// A camera that has been made.
@@ -85,7 +87,10 @@ pub(super) fn assemble(
 
     // Render space: single precision is fine near its origin only.
     check_range(&shapes, found);
-    let bounds = shapes.iter().fold(Aabb::EMPTY, |b, s| b.union(s.geometry.bounds()));
+    let mut load = LoadCounters { shapes: shapes.len() as u64, ..Default::default() };
+    let objects: Vec<Placed> = parts.objects.into_iter().filter_map(|o| Placed::new(o, &mut load, found)).collect();
+    let bounds = shapes.iter().map(|s| s.geometry.bounds()).chain(objects.iter().map(Placed::bounds));
+    let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
     let origin = render_origin(&bounds, cameras.first().and_then(|c| c.camera.as_deref()));
     let moved_hole = parts.hole.map(|(span, h)| (span, BlackHole { center: h.center - origin, ..h }));
     let bending_hole = moved_hole.filter(|_| integrator.as_ref().is_some_and(|i| i.is_curved()));
@@ -108,7 +113,6 @@ pub(super) fn assemble(
     let materials: Vec<Option<Arc<dyn Material>>> = parts.materials.into_iter().map(|m| m.map(Arc::from)).collect();
     let area_lights: Vec<Option<Arc<dyn AreaLight>>> = parts.area_lights.into_iter().map(|l| l.map(Arc::from)).collect();
     let default_material: Arc<dyn Material> = parts.default_material?.into();
-    let mut load = LoadCounters { shapes: shapes.len() as u64, ..Default::default() };
     let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
     for part in shapes {
         let geometry = to_render_space(part.geometry, origin, part.span, &mut load, found);
@@ -126,6 +130,14 @@ pub(super) fn assemble(
         }
         geometries.push(geometry);
         bindings.push(binding);
+    }
+    for (geometry, part) in objects.iter().flat_map(|o| o.geometries(origin)) {
+        let material = match part.material {
+            Some(material) => Arc::clone(materials.get(material)?.as_ref()?),
+            None => Arc::clone(&default_material),
+        };
+        geometries.push(geometry);
+        bindings.push(ShapeBinding { material, emitter: None, index: part.index });
     }
     if has_errors(found) {
         return None;
@@ -224,8 +236,7 @@ fn render_origin(bounds: &Aabb, camera: Option<&dyn Camera>) -> DVec3 {
     if bounds.is_empty() {
         return camera.map_or(DVec3::ZERO, |c| c.position());
     }
-    let extent = (bounds.max - bounds.min).max_element();
-    if bounds.center().length() <= 4.0 * extent { DVec3::ZERO } else { bounds.center() }
+    bounds.origin()
 }
 
 fn to_render_space(
@@ -277,14 +288,15 @@ fn check_range(shapes: &[Part], found: &mut Vec<Diagnostic>) {
 fn check_light(geometry: &Geometry, span: Span, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
     let within = |p: DVec3| (p - hole.center).length() <= hole.rs;
     let inside = match geometry {
-        Geometry::Mesh(mesh) => {
-            !mesh.triangles.is_empty() && (0..mesh.triangles.len() as u32).all(|t| mesh.corners(t).into_iter().all(within))
-        }
         // Points all over the surface stand for it.
         Geometry::Analytic(surface) => (0..256).all(|i| {
             let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
             within(surface.sample(u).point)
         }),
+        mesh => {
+            let count = mesh.triangle_count() as u32;
+            count > 0 && (0..count).all(|t| mesh.corners(t).is_some_and(|corners| corners.into_iter().all(within)))
+        }
     };
     if inside {
         found.push(

@@ -2,8 +2,9 @@
 
 use crate::lang::assemble::{self, Part, PartCamera, Parts};
 use crate::lang::attributes;
-use crate::lang::description::{Entity, SceneDescription, ShapeEntity};
+use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::hole::build_hole;
+use crate::lang::instances::{self, ObjectPart};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry, bare_context};
@@ -87,7 +88,9 @@ impl BuiltScene {
 pub struct LoadCounters {
     /// Shapes.
     pub shapes: u64,
-    /// Triangles, the dropped ones not counted.
+    /// Places where objects stand.
+    pub instances: u64,
+    /// Triangles, those of an object once, the dropped ones not counted.
     pub triangles: u64,
     /// Triangles without area, which were dropped.
     pub zero_area_triangles: u64,
@@ -137,6 +140,7 @@ pub fn build(
     }
     let filter = registry.create::<dyn Filter>(&settings.filter, context, &mut found);
     let transport = registry.create::<dyn LightTransport>(&settings.transport, context, &mut found);
+    let (shapes, objects) = build_shapes(&mut description, registry, context, &mut found);
     let parts = Parts {
         integrator: build_integrator(&settings.integrator, registry, context, &mut found),
         intersector: find_intersector(&intersector, registry, context, &mut found),
@@ -160,7 +164,8 @@ pub fn build(
         ),
         lights: description.lights.iter().map(|e| (e.name.span, create::<dyn Light>(e, registry, context, &mut found))).collect(),
         aims_at_lights: transport.as_ref().is_none_or(|t| t.samples_lights()),
-        shapes: build_shapes(std::mem::take(&mut description.shapes), registry, context, &mut found),
+        shapes,
+        objects,
         hole,
     };
 
@@ -197,7 +202,12 @@ pub fn build(
 }
 
 /// Makes a plugin under the transform of its directive.
-fn create<T: Kind + ?Sized>(e: &Entity, registry: &Registry, context: Context, found: &mut Vec<Diagnostic>) -> Option<Box<T>> {
+pub(super) fn create<T: Kind + ?Sized>(
+    e: &Entity,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Box<T>> {
     registry.create::<T>(e, Context { world_from_object: e.world_from_object, ..context }, found)
 }
 
@@ -211,7 +221,7 @@ fn create_all<'e, T: Kind + ?Sized>(
 }
 
 /// The seed, and the name of the intersector.
-fn build_options(
+pub(super) fn build_options(
     options: &[Param],
     registry: &Registry,
     context: Context,
@@ -248,7 +258,7 @@ fn find_intersector(
 const PBRT_INTEGRATORS: &[&str] =
     &["ambientocclusion", "bdpt", "lightpath", "mlt", "path", "randomwalk", "simplepath", "simplevolpath", "sppm", "volpath"];
 
-fn build_integrator(
+pub(super) fn build_integrator(
     entity: &Entity,
     registry: &Registry,
     context: Context,
@@ -268,22 +278,29 @@ fn build_integrator(
     Some((name.to_owned(), registry.create::<dyn Integrator>(entity, context, found)?))
 }
 
-fn build_shapes(shapes: Vec<ShapeEntity>, registry: &Registry, context: Context, found: &mut Vec<Diagnostic>) -> Vec<Part> {
+/// What stands in the scene, and the objects with their instances.
+fn build_shapes(
+    description: &mut SceneDescription,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> (Vec<Part>, Vec<ObjectPart>) {
+    let shapes = std::mem::take(&mut description.shapes);
+    let mut objects = instances::places(description.objects.len(), &description.instances);
     let mut parts = Vec::with_capacity(shapes.len());
     // Each shape's parameters, which may be a large mesh, are let go before the next one is made.
-    for (index, shape) in shapes.into_iter().enumerate() {
+    for (index, shape) in (0u32..).zip(shapes) {
         let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
-        if let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) {
-            parts.push(Part {
-                geometry: made.into_geometry(),
-                span: shape.entity.name.span,
-                index: index as u32,
-                material: shape.material,
-                area_light: shape.area_light,
-            });
+        let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) else { continue };
+        let surfaces = made.into_geometry();
+        if let Some(object) = shape.object.and_then(|o| objects.get_mut(o)) {
+            parts.extend(instances::add_shape(object, &shape, index, surfaces, registry, context, found));
+            continue;
         }
+        let (span, material, area_light) = (shape.entity.name.span, shape.material, shape.area_light);
+        parts.extend(surfaces.into_iter().map(|geometry| Part { geometry, span, index, material, area_light }));
     }
-    parts
+    (parts, objects)
 }
 
 /// Puts findings into the order of the text, those without a place last.

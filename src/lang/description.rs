@@ -64,6 +64,28 @@ pub struct ShapeEntity {
     pub material: Option<usize>,
     /// Index of its area light.
     pub area_light: Option<usize>,
+    /// Index of the object that it is a part of; `None` for what stands in the scene itself.
+    pub object: Option<usize>,
+}
+
+/// Shapes that are kept once and stand in many places.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectEntity {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Whether it stands anywhere.
+    pub used: bool,
+}
+
+/// A place where an object stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InstanceEntity {
+    /// Index of the object; `None` if there is none of that name.
+    pub object: Option<usize>,
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Takes what was world space where the object was defined to world space.
+    pub world_from_object: DAffine3,
 }
 
 /// All of a scene.
@@ -93,8 +115,12 @@ pub struct SceneDescription {
     pub area_lights: Vec<AreaLightEntity>,
     /// Lights that are not surfaces.
     pub lights: Vec<Entity>,
-    /// Shapes in the order of the scene.
+    /// Shapes in the order of the scene, those of objects among them.
     pub shapes: Vec<ShapeEntity>,
+    /// Objects in the order of the scene.
+    pub objects: Vec<ObjectEntity>,
+    /// Where they stand, in the order of the scene.
+    pub instances: Vec<InstanceEntity>,
     /// Whether an included file could not be read, so that what is missing here may be in there.
     pub incomplete: bool,
 }

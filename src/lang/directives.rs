@@ -69,6 +69,9 @@ pub(crate) const DIRECTIVES: &[Row] = &[
     row("MakeNamedMaterial", Section::World, Takes::NameAndParams, |r, c| r.make_named_material(c)),
     row("Material", Section::World, Takes::NameAndParams, |r, c| r.material(c)),
     row("NamedMaterial", Section::World, Takes::Name, |r, c| r.named_material(c)),
+    row("ObjectBegin", Section::World, Takes::Name, |r, c| r.object_begin(c)),
+    row("ObjectEnd", Section::World, Takes::Nothing, |r, c| r.object_end(c)),
+    row("ObjectInstance", Section::World, Takes::Name, |r, c| r.object_instance(c)),
     row("Option", Section::Options, Takes::Params, |r, c| r.option(c)),
     row("PixelFilter", Section::Options, Takes::NameAndParams, |r, c| r.pixel_filter(c)),
     row("ReverseOrientation", Section::World, Takes::Nothing, |r, c| r.reverse_orientation(c)),
@@ -88,9 +91,6 @@ const ABSENT: &[(&str, &str)] = &[
     ("Import", "write `Include`"),
     ("MakeNamedMedium", "remove it; there are no media"),
     ("MediumInterface", "remove it; there are no media"),
-    ("ObjectBegin", "write the shapes out where they stand, or `Include` a file with them several times"),
-    ("ObjectEnd", "remove it together with `ObjectBegin`"),
-    ("ObjectInstance", "`Include` a file with the shapes in place of it"),
     ("Texture", "use a plain value in place of the texture"),
     ("TransformBegin", "write `AttributeBegin`"),
     ("TransformEnd", "write `AttributeEnd`"),
@@ -300,6 +300,15 @@ impl Resolver<'_> {
             self.too_deep -= 1;
             return;
         }
+        if let Some((_, begin, _)) = self.object.filter(|(_, _, depth)| depth + 1 == self.stack.len()) {
+            self.found.push(
+                Diagnostic::error("stray", "this `AttributeEnd` ends nothing within its object")
+                    .at(call.keyword, "")
+                    .and(begin, "the object begins here")
+                    .help("remove it, or end the object with `ObjectEnd` before it"),
+            );
+            return;
+        }
         match self.stack.pop() {
             Some((state, _)) => self.state = state,
             None => self.error("stray", "this `AttributeEnd` ends nothing", call.keyword, "", "remove it"),
@@ -366,6 +375,7 @@ impl Resolver<'_> {
     }
 
     pub(crate) fn light_source(&mut self, call: Call) {
+        self.not_of_the_object(call.keyword, "a light");
         let entity = self.entity_with_defaults(call, Target::Light);
         self.scene.lights.push(entity);
     }
@@ -379,15 +389,29 @@ impl Resolver<'_> {
                 None
             }
         };
+        let mut area_light = self.state.area_light;
+        if let (Some(light), Some(object)) = (area_light, self.open_object()) {
+            // As pbrt-v4.
+            self.scene.area_lights[light].used = true;
+            area_light = None;
+            self.found.push(
+                Diagnostic::warning("light-in-object", "area lights do not shine in objects")
+                    .at(call.keyword, "this shape is made without light")
+                    .and(object, "the object begins here")
+                    .help("write the shape out where it stands"),
+            );
+        }
         self.scene.shapes.push(ShapeEntity {
             entity: self.entity_with_defaults(call, Target::Shape),
             reverse_orientation: self.state.reverse_orientation,
             material,
-            area_light: self.state.area_light,
+            area_light,
+            object: self.object.map(|(object, ..)| object),
         });
     }
 
     pub(crate) fn black_hole(&mut self, call: Call) {
+        self.not_of_the_object(call.keyword, "a black hole");
         let entity = call.entity(self.state.ctm);
         self.set_once(|s| &mut s.black_hole, "a black hole", entity);
     }

@@ -18,6 +18,9 @@ pub mod description;
 mod directives;
 pub mod format;
 mod hole;
+mod instances;
+mod method;
+mod objects;
 pub mod overrides;
 pub mod parse;
 pub mod resolve;
@@ -30,6 +33,7 @@ mod views;
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
 pub use format::format;
+pub use method::{Method, load_method};
 pub use overrides::Overrides;
 pub use source::SourceMap;
 

@@ -262,12 +262,13 @@ impl<'w> Chords<'w> {
         let rounding = OVERLAP * located.point.abs().max_element();
         let near = 4.0 * (3.0 / 16.0 * self.rs * swept * swept) + rounding;
         let hit_geometry = &self.world.geometries[hit.geometry as usize];
+        let facet = |corners| on_facet(&self.plane, step, [&span.from, &span.to], guess, corners);
         let meeting = match hit_geometry {
-            Geometry::Mesh(mesh) => Some(on_facet(&self.plane, step, [&span.from, &span.to], guess, mesh.corners(hit.primitive))),
             Geometry::Analytic(surface) => on_surface(&self.plane, step, guess, &**surface, near, length),
+            mesh => mesh.corners(hit.primitive).map(facet),
         };
         // Of a ray that leaves a curved surface, the tangent's way back leads to where it left: no place of the ray.
-        let meeting = meeting.filter(|m| m.state.phi > self.begin || matches!(hit_geometry, Geometry::Mesh(_)));
+        let meeting = meeting.filter(|m| m.state.phi > self.begin || !matches!(hit_geometry, Geometry::Analytic(_)));
         // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
         // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep. A joint
         // must not lie on a surface that it may graze, or rounding lets the ray slip through there: hence just behind it.
@@ -340,9 +341,6 @@ impl<'w> Chords<'w> {
 
     /// The angle swept at a point of the chord of `span`, in radians.
     fn angle_of(&self, span: &Span, point: DVec3) -> f64 {
-        let outward = (span.from.point - self.plane.center) * span.from.u;
-        let ahead = self.plane.e1.cross(self.plane.e2).cross(outward);
-        let p = point - self.plane.center;
-        span.from.phi + p.dot(ahead).atan2(p.dot(outward))
+        self.plane.angle(span.from.phi, span.from.point, point)
     }
 }

@@ -190,8 +190,13 @@ fn sample_light(
     for (c, carried) in images {
         log.counters.connections += 1;
         let looked_at = (carried.max() / (FAINT * all.max(found))).min(1.0);
+        if carried.is_zero() {
+            log.counters.connections_dark += 1;
+            continue;
+        }
         // One number for all: each image by itself is looked at as often as it should be.
-        if carried.is_zero() || spare >= looked_at {
+        if spare >= looked_at {
+            log.counters.connections_faint += 1;
             continue;
         }
         log.counters.connections_searched += 1;
