@@ -219,8 +219,8 @@ mod tests {
         fn position(&self) -> DVec3 {
             DVec3::ZERO
         }
-        fn pixel_angle(&self) -> f64 {
-            1e-3
+        fn pixel_width(&self, distance: f64) -> f64 {
+            1e-3 * distance
         }
         fn rebase(&mut self, _: DVec3) {}
     }

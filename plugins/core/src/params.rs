@@ -388,6 +388,11 @@ impl<'a> Params<'a> {
         }
     }
 
+    /// Whether the scene gives the parameter `name`.
+    pub fn is_given(&self, name: &str) -> bool {
+        self.params.iter().any(|p| p.name.value == name)
+    }
+
     /// Where the parameter `name` stands: its values if the scene gives it, else the plugin's name.
     pub fn span_of(&self, name: &str) -> Span {
         let mut all = self.params.iter().chain(self.defaults.iter().copied());

@@ -72,6 +72,24 @@ impl Chosen {
         let per_area = spread / vertex.hit.direction.dot(vertex.normal).abs();
         balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
     }
+
+    /// The light of the sky that `ray` has found in the direction `direction` after sweeping `phi`, weighted likewise.
+    fn sky(
+        &self,
+        scene: &Scene,
+        connections: &dyn Connections,
+        ray: &Ray,
+        direction: DVec3,
+        phi: f64,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        scene.sky_weighted(direction, lambda, |pdf| {
+            match connections.spread_sky(&scene.world, self.from, ray.direction, direction, phi) {
+                Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
+                None => 1.0,
+            }
+        })
+    }
 }
 
 impl LightTransport for Path {
@@ -95,7 +113,11 @@ impl LightTransport for Path {
             let hit = match scene.integrator.trace(&scene.world, &ray, log) {
                 Arrival::Surface(hit) => hit,
                 Arrival::Sky(direction) => {
-                    radiance += throughput * scene.sky(direction, &lambda);
+                    let sky = match (connections, &chosen) {
+                        (Some(c), Some(chosen)) => chosen.sky(scene, c, &ray, direction, log.phi, &lambda),
+                        _ => scene.sky(direction, &lambda),
+                    };
+                    radiance += throughput * sky;
                     break;
                 }
                 Arrival::Hole | Arrival::OutOfSteps => break,
@@ -180,7 +202,7 @@ fn sample_light(
     let from = vertex.hit.point;
     let mut images = [None; 2 * MOST_TURNS];
     for (turn, images) in (0..connections.turns()).zip(images.chunks_exact_mut(2)) {
-        let pair = connections.connect(&scene.world, from, light.point, turn);
+        let pair = scene.connect(connections, from, &light, turn);
         for (image, connection) in images.iter_mut().zip(pair) {
             *image = connection.map(|c| (c, carried(scene, vertex, &light, &c, lambda)));
         }
@@ -202,7 +224,7 @@ fn sample_light(
         log.counters.connections_searched += 1;
         let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, c.launch) };
         let queries = log.counters.queries;
-        let visible = connections.visible(&scene.world, &start, from, light.point, c, log);
+        let visible = scene.visible(connections, &start, from, &light, c, log);
         log.counters.connection_queries += log.counters.queries - queries;
         if visible {
             sum += *carried * (1.0 / looked_at);
