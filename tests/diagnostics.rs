@@ -138,7 +138,7 @@ const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
     ("include-depth", "takes 65 files: src/lang/tests.rs"),
     ("incomplete", "a fault of bhs"),
     ("intersector-failed", "a fault of the intersector"),
-    ("negative-light", "takes a picture of floats: plugins/lights/tests"),
+    ("negative-light", "takes a picture of floats, which the folder has none of"),
     ("plugin-failed", "a fault of a plugin"),
     ("too-many-files", "takes 65,536 files"),
     ("unknown-camera", "on the command line: tests/command_line.rs"),
