@@ -40,6 +40,12 @@ impl Aabb {
         Self { min: self.min - by, max: self.max + by }
     }
 
+    /// Whether a point lies in the box.
+    #[inline]
+    pub fn contains(&self, p: DVec3) -> bool {
+        (self.min.cmple(p) & p.cmple(self.max)).all()
+    }
+
     /// The middle.
     pub fn center(&self) -> DVec3 {
         0.5 * (self.min + self.max)

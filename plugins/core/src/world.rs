@@ -58,15 +58,13 @@ impl World {
         let across = n.dot(segment.direction);
         let t = n.dot(a - segment.origin) / across;
         // A ray within the plane has no better parameter than the one found.
-        let t = if t.is_finite() && (t - hit.t).abs() <= 1e-3 * hit.t.abs().max(segment.direction.length_recip() * ab.length()) {
-            t
-        } else {
-            hit.t
-        };
+        let strays = (t - hit.t).abs();
+        let is_better = strays <= 1e-3 * hit.t.abs() || strays * segment.direction.length() <= 1e-3 * ab.length();
+        let t = if is_better { t } else { hit.t };
         let ap = segment.at(t) - a;
-        let nn = n.length_squared();
-        let u = (n.dot(ap.cross(ac)) / nn).clamp(0.0, 1.0);
-        let v = (n.dot(ab.cross(ap)) / nn).clamp(0.0, 1.0 - u);
+        let per_nn = 1.0 / n.length_squared();
+        let u = (n.dot(ap.cross(ac)) * per_nn).clamp(0.0, 1.0);
+        let v = (n.dot(ab.cross(ap)) * per_nn).clamp(0.0, 1.0 - u);
         Located { t, point: a + ab * u + ac * v, barycentric: DVec2::new(u, v) }
     }
 

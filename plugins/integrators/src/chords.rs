@@ -10,7 +10,8 @@
 //! however far its chord strays.
 
 use crate::orbit::{Dense, OrbitPlane, State};
-use crate::refine::{Meeting, on_facet, on_surface};
+use crate::polynomial::small_angle;
+use crate::refine::{Facet, Meeting, on_facet, on_surface};
 use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::{Aabb, Geometry, Segment};
 use bhs_core::integrator::SurfaceHit;
@@ -203,8 +204,9 @@ impl<'w> Chords<'w> {
 
     /// The place at the angle `phi` of `step`.
     fn place<D: Dense>(&self, step: &D, phi: f64) -> Place {
-        let u = step.u_at(phi);
-        Place { phi, u, point: self.plane.center + self.plane.radial(phi) / u }
+        let (u, cos, sin) = step.place(phi);
+        let r = 1.0 / u;
+        Place { phi, u, point: self.plane.center + self.plane.e1 * (cos * r) + self.plane.e2 * (sin * r) }
     }
 
     /// The place of the state `end`.
@@ -243,14 +245,19 @@ impl<'w> Chords<'w> {
         }
         // Overlap with the chord before: but the first one begins where the ray does, off the surface that it leaves.
         let overlap = |p: DVec3| OVERLAP * p.abs().max_element() / length;
-        let t_min = if span.before.is_none() { 0.0 } else { -overlap(from) };
-        let Some((enter, leave)) = self.bounds.clip(from, way, t_min, 1.0 + overlap(to)) else {
+        let (t_min, t_max) = (if span.before.is_none() { 0.0 } else { -overlap(from) }, 1.0 + overlap(to));
+        // What a chord within the box reaches beyond its ends is of no account to the box.
+        let within = self.bounds.contains(from) && self.bounds.contains(to);
+        let Some((enter, leave)) = (if within { Some((t_min, t_max)) } else { self.bounds.clip(from, way, t_min, t_max) }) else {
             log.counters.chords_skipped += 1;
             return None;
         };
         log.counters.queries += 1;
         let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
         let hit = self.world.intersector.closest(&segment)?;
+        if let Some(found) = self.plain_hit(step, span, &segment, enter, &hit, log) {
+            return Some(found);
+        }
 
         let located = self.world.locate(&segment, &hit);
         if enter + located.t < 0.0 && self.turns_away(span, way, &hit, &located) {
@@ -260,18 +267,21 @@ impl<'w> Chords<'w> {
         let middle = 0.5 * (span.from.phi + span.to.phi);
         let swept = span.to.phi - span.from.phi;
         let rounding = OVERLAP * located.point.abs().max_element();
-        let near = 4.0 * (3.0 / 16.0 * self.rs * swept * swept) + rounding;
+        let near = self.near(swept, rounding);
         let hit_geometry = &self.world.geometries[hit.geometry as usize];
         let meeting = match hit_geometry {
-            Geometry::Mesh(mesh) => Some(on_facet(&self.plane, step, [&span.from, &span.to], guess, mesh.corners(hit.primitive))),
+            Geometry::Mesh(mesh) => {
+                let facet = Facet::new(mesh.corners(hit.primitive));
+                Some(on_facet(&self.plane, step, self.rs, [&span.from, &span.to], guess, &facet))
+            }
             Geometry::Analytic(surface) => on_surface(&self.plane, step, guess, &**surface, near, length),
         };
         // Of a ray that leaves a curved surface, the tangent's way back leads to where it left: no place of the ray.
-        let meeting = meeting.filter(|m| m.state.phi > self.begin || matches!(hit_geometry, Geometry::Mesh(_)));
+        let meeting = meeting.filter(|m| m.orbit.state.phi > self.begin || matches!(hit_geometry, Geometry::Mesh(_)));
         // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
         // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep. A joint
         // must not lie on a surface that it may graze, or rounding lets the ray slip through there: hence just behind it.
-        let behind_it = meeting.map(|m| m.state.phi + JOINT * swept).filter(|phi| *phi > span.from.phi && *phi < span.to.phi);
+        let behind_it = meeting.map(|m| m.orbit.state.phi + JOINT * swept).filter(|phi| *phi > span.from.phi && *phi < span.to.phi);
         let split = behind_it.filter(|_| splits.is_multiple_of(2)).unwrap_or(middle);
         let met = meeting.filter(|m| m.beside <= rounding && (m.point - located.point).length() <= near);
         if met.is_none() && splits > 0 {
@@ -287,8 +297,51 @@ impl<'w> Chords<'w> {
         {
             return self.search(step, &Span { from: after, before: None, ..*span }, 0, log);
         }
-        let on_chord = || Meeting { state: step.at(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
+        let on_chord = || Meeting { orbit: step.polar(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
         Some(self.arrive(&met.unwrap_or_else(on_chord), &hit, &located, way / length, log))
+    }
+
+    /// The hit of a chord on a facet, if it is as most are: ahead of where the chord begins, near to where the orbit meets the facet itself.
+    #[inline]
+    fn plain_hit<D: Dense>(
+        &self,
+        step: &D,
+        span: &Span,
+        segment: &Segment,
+        enter: f64,
+        hit: &PrimitiveHit,
+        log: &mut TraceLog,
+    ) -> Option<SurfaceHit> {
+        let Geometry::Mesh(mesh) = &self.world.geometries[hit.geometry as usize] else { return None };
+        let touched = segment.at(hit.t);
+        let rounding = OVERLAP * touched.abs().max_element();
+        let swept = span.to.phi - span.from.phi;
+        let chord = segment.direction;
+        let ahead = enter + hit.t;
+        if ahead * ahead * chord.length_squared() <= rounding * rounding || ahead < 0.0 {
+            return None;
+        }
+        let facet = Facet::new(mesh.corners(hit.primitive));
+        let met = on_facet(&self.plane, step, self.rs, [&span.from, &span.to], self.angle_of(span, touched), &facet);
+        let near = self.near(swept, rounding);
+        if met.beside > rounding || (met.point - touched).length_squared() > near * near {
+            return None;
+        }
+        log.phi = met.orbit.state.phi;
+        let tangent = self.plane.direction_of(&met.orbit);
+        // On the side that the chord came from: see `arrive`.
+        let along = tangent.dot(facet.normal);
+        let on_side = along * chord.dot(facet.normal) > 0.0;
+        let direction =
+            if on_side { tangent } else { tangent - facet.normal * (2.0 * along / facet.normal.length_squared()) };
+        let &PrimitiveHit { geometry, primitive, .. } = hit;
+        Some(SurfaceHit { point: met.point, direction, geometry, primitive, barycentric: met.barycentric })
+    }
+
+    /// How far from where its chord, which sweeps `swept`, meets a surface an orbit may meet it.
+    #[inline]
+    fn near(&self, swept: f64, rounding: f64) -> f64 {
+        4.0 * (3.0 / 16.0 * self.rs * swept * swept) + rounding
     }
 
     /// Where the ray is when its chord, which dipped below the curved surface that the ray leaves, has come out of it again.
@@ -320,7 +373,7 @@ impl<'w> Chords<'w> {
 
     /// The arrival at a surface that a chord in the direction `chord` met where it is `located`.
     fn arrive(&self, met: &Meeting, hit: &PrimitiveHit, located: &Located, chord: DVec3, log: &mut TraceLog) -> SurfaceHit {
-        log.phi = met.state.phi;
+        log.phi = met.orbit.state.phi;
         let at = |point: DVec3, direction: DVec3, barycentric: DVec2| SurfaceHit {
             point,
             direction,
@@ -330,7 +383,7 @@ impl<'w> Chords<'w> {
         };
         // The side that the chord came from: where it met the surface, for a curved one may have turned away between there and here.
         let side = self.world.surface(&at(located.point, chord, located.barycentric)).normal.dot(chord);
-        let tangent = self.plane.direction(&met.state);
+        let tangent = self.plane.direction_of(&met.orbit);
         let found = at(met.point, tangent, met.barycentric);
         let normal = self.world.surface(&found).normal;
         let along = tangent.dot(normal);
@@ -339,10 +392,11 @@ impl<'w> Chords<'w> {
     }
 
     /// The angle swept at a point of the chord of `span`, in radians.
+    #[inline]
     fn angle_of(&self, span: &Span, point: DVec3) -> f64 {
-        let outward = (span.from.point - self.plane.center) * span.from.u;
-        let ahead = self.plane.e1.cross(self.plane.e2).cross(outward);
-        let p = point - self.plane.center;
-        span.from.phi + p.dot(ahead).atan2(p.dot(outward))
+        let OrbitPlane { center, e1, e2 } = self.plane;
+        let (from, to) = (span.from.point - center, point - center);
+        let ([x0, y0], [x, y]) = ([from.dot(e1), from.dot(e2)], [to.dot(e1), to.dot(e2)]);
+        span.from.phi + small_angle(x0 * y - y0 * x, x0 * x + y0 * y)
     }
 }
