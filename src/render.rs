@@ -153,7 +153,7 @@ impl<'a> Sample<'a> {
     /// Adds what is seen to the pixel's sums and returns the weight that it has there.
     fn add(&mut self, job: &Job, sums: &mut [f64], log: &mut TraceLog) -> f64 {
         log.counters.paths += 1;
-        let radiance = job.transport.radiance(job.scene, self.ray, &mut self.lambda, &mut self.stream, log);
+        let radiance = job.transport.radiance(job.scene, self.ray, &self.lambda, &mut self.stream, log);
         if !radiance.is_finite() {
             log.counters.not_finite += 1;
             return 0.0;

@@ -61,6 +61,11 @@ pub fn load_text(
     build(description, found, registry, overrides, sources)
 }
 
+/// The words of all directives, in alphabetical order.
+pub fn keywords() -> impl Iterator<Item = &'static str> {
+    directives::keywords()
+}
+
 /// Whether one of the findings stops the program.
 pub fn has_errors(found: &[Diagnostic]) -> bool {
     found.iter().any(|d| d.severity == Severity::Error)

@@ -229,25 +229,6 @@ fn examples() -> Vec<&'static str> {
     REFERENCE.split("```bhs\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
 }
 
-#[test]
-fn every_example_of_the_reference_is_a_scene_without_fault() {
-    assert!(examples().len() >= 6);
-    for example in examples() {
-        let scene = built(example);
-        assert!(scene.warnings.is_empty(), "{:?}\n{example}", scene.warnings);
-    }
-}
-
-#[test]
-fn every_directive_and_type_stands_in_the_reference() {
-    for keyword in directives::keywords() {
-        assert!(REFERENCE.contains(&format!("`{keyword}")), "{keyword}");
-    }
-    for ty in bhs_core::value::ParamType::ALL {
-        assert!(REFERENCE.contains(&format!("`{}`", ty.word())), "{}", ty.word());
-    }
-}
-
 /// Reads and builds a text; what is found lies within it.
 fn survives(text: &str) {
     let mut sources = SourceMap::new();

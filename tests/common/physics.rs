@@ -54,9 +54,9 @@ pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], in
     let scene = &built.scene;
     let direction = scene.camera.frame.chart_direction(local);
     let ray = Ray { footprint: scene.footprints.camera, ..Ray::new(built.camera.position(), direction) };
-    let mut lambda = SampledWavelengths { lambda_nm, pdf: [1.0; N_LAMBDA] };
+    let lambda = SampledWavelengths { lambda_nm, pdf: [1.0; N_LAMBDA] };
     let mut stream = SampleStream::new(&*built.sampler, [0, 0], index);
-    built.transport.radiance(scene, ray, &mut lambda, &mut stream, log).0
+    built.transport.radiance(scene, ray, &lambda, &mut stream, log).0
 }
 
 /// `n` directions spread evenly over the sphere (a Fibonacci lattice), with the z axis as its own.

@@ -27,6 +27,8 @@ pub struct BsdfSample {
     pub pdf: f32,
     /// Whether the direction was the only one possible (a mirror, smooth glass), so that `pdf` is no density.
     pub specular: bool,
+    /// Whether the direction is that of the first wavelength alone, so that the path drops the others (dispersion).
+    pub drops_wavelengths: bool,
 }
 
 /// A bidirectional scattering distribution over a surface.

@@ -183,7 +183,7 @@ impl IndexMut<usize> for SampledSpectrum {
 pub struct SampledWavelengths {
     /// Wavelengths at the camera (nm).
     pub lambda_nm: [f32; N_LAMBDA],
-    /// Probability density of each (1/nm); zero for a wavelength that the path has dropped.
+    /// Probability density of each (1/nm).
     pub pdf: [f32; N_LAMBDA],
 }
 
@@ -199,14 +199,19 @@ impl SampledWavelengths {
         self.lambda_nm.map(|l| l * shift)
     }
 
-    /// Drops all wavelengths but the first, because the path now depends on it alone (dispersion).
+    /// Reduces a path to its first wavelength, because it now goes where that one alone goes (dispersion). From here on surfaces
+    /// see that wavelength in all places, and `throughput` is that of the first, in the first place, which counts for the others
+    /// too. What the path has found before keeps its wavelengths. A path of one wavelength already stays as it is.
     #[inline]
-    pub fn drop_secondary(&mut self) {
-        if self.pdf[1..].iter().all(|p| *p == 0.0) {
+    pub fn drop_secondary(&mut self, throughput: &mut SampledSpectrum) {
+        let first = self.lambda_nm[0];
+        if self.lambda_nm[1..].iter().all(|l| *l == first) {
             return;
         }
-        self.pdf[0] /= N_LAMBDA as f32;
-        self.pdf[1..].fill(0.0);
+        self.lambda_nm = [first; N_LAMBDA];
+        let carried = throughput[0];
+        *throughput = SampledSpectrum::ZERO;
+        throughput[0] = carried * N_LAMBDA as f32;
     }
 }
 
@@ -268,5 +273,28 @@ mod tests {
             let length = inverse_density / (n * N_LAMBDA) as f64;
             assert!((length / f64::from(hi - lo) - 1.0).abs() < 1e-3, "{length}");
         }
+    }
+
+    #[test]
+    fn a_path_of_one_wavelength_has_the_same_mean() {
+        let n = 4096;
+        let mean = |drop: bool| -> f64 {
+            let mut sum = 0.0;
+            for i in 0..n {
+                let w = SampledWavelengths::visible((i as f32 + 0.5) / n as f32, 360.0, 830.0);
+                let mut throughput = SampledSpectrum(w.lambda_nm);
+                let mut here = w;
+                if drop {
+                    here.drop_secondary(&mut throughput);
+                    let once = throughput;
+                    here.drop_secondary(&mut throughput);
+                    assert_eq!(throughput, once);
+                    assert_eq!(here.lambda_nm, [w.lambda_nm[0]; N_LAMBDA]);
+                }
+                sum += (0..N_LAMBDA).map(|k| f64::from(throughput[k] / w.pdf[k])).sum::<f64>() / (N_LAMBDA * n) as f64;
+            }
+            sum
+        };
+        assert!((mean(true) / mean(false) - 1.0).abs() < 1e-3);
     }
 }

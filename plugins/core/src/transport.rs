@@ -8,12 +8,13 @@ use crate::stats::TraceLog;
 
 /// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.
 pub trait LightTransport: Send + Sync {
-    /// Spectral radiance seen by the camera along `ray` (chart), at the wavelengths `lambda` of the camera.
+    /// Spectral radiance seen by the camera along `ray` (chart), at the wavelengths `lambda` of the camera. What only the first of them
+    /// brings, after dispersion, is in the first place, and counts for the others too.
     fn radiance(
         &self,
         scene: &Scene,
         ray: Ray,
-        lambda: &mut SampledWavelengths,
+        lambda: &SampledWavelengths,
         stream: &mut SampleStream,
         log: &mut TraceLog,
     ) -> SampledSpectrum;

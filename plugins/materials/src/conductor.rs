@@ -154,7 +154,13 @@ impl Material for Conductor {
     fn sample(&self, at: &Shading, wo: Vec3, _: f32, u: Vec2) -> Option<BsdfSample> {
         let Some(facets) = self.facets else {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-            return Some(BsdfSample { wi, weight: self.fresnel(at, wo.z.abs()), pdf: 1.0, specular: true });
+            return Some(BsdfSample {
+                wi,
+                weight: self.fresnel(at, wo.z.abs()),
+                pdf: 1.0,
+                specular: true,
+                drops_wavelengths: false,
+            });
         };
         if wo.z == 0.0 {
             return None;
@@ -168,7 +174,13 @@ impl Material for Conductor {
             return None;
         }
         let weight = self.fresnel(at, up.dot(m)) * facets.shadowing(up, wi);
-        Some(BsdfSample { wi: wi * side, weight, pdf: mirrored_density(facets, up, m), specular: false })
+        Some(BsdfSample {
+            wi: wi * side,
+            weight,
+            pdf: mirrored_density(facets, up, m),
+            specular: false,
+            drops_wavelengths: false,
+        })
     }
 
     fn is_specular(&self) -> bool {

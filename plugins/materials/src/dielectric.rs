@@ -80,7 +80,7 @@ impl Material for Dielectric {
         } else {
             (Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z)).normalize(), 1.0 / (eta * eta))
         };
-        Some(BsdfSample { wi, weight: SampledSpectrum::splat(weight), pdf: 1.0, specular: true })
+        Some(BsdfSample { wi, weight: SampledSpectrum::splat(weight), pdf: 1.0, specular: true, drops_wavelengths: false })
     }
 
     fn is_specular(&self) -> bool {

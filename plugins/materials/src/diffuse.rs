@@ -52,7 +52,13 @@ impl Material for Diffuse {
         wi.z *= wo.z.signum();
         let pdf = self.pdf(at, wo, wi);
         // At grazing angles one of the two cosines can be zero.
-        (pdf > 0.0).then(|| BsdfSample { wi, weight: self.reflectance.sample(at.lambda_nm), pdf, specular: false })
+        (pdf > 0.0).then(|| BsdfSample {
+            wi,
+            weight: self.reflectance.sample(at.lambda_nm),
+            pdf,
+            specular: false,
+            drops_wavelengths: false,
+        })
     }
 
     fn is_specular(&self) -> bool {

@@ -42,7 +42,7 @@ impl Material for Mirror {
 
     fn sample(&self, at: &Shading, wo: Vec3, _: f32, _: Vec2) -> Option<BsdfSample> {
         let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-        Some(BsdfSample { wi, weight: self.reflectance.sample(at.lambda_nm), pdf: 1.0, specular: true })
+        Some(BsdfSample { wi, weight: self.reflectance.sample(at.lambda_nm), pdf: 1.0, specular: true, drops_wavelengths: false })
     }
 
     fn is_specular(&self) -> bool {

@@ -41,22 +41,24 @@ impl LightTransport for Hemisphere {
         &self,
         scene: &Scene,
         mut ray: Ray,
-        lambda: &mut SampledWavelengths,
+        lambda: &SampledWavelengths,
         stream: &mut SampleStream,
         log: &mut TraceLog,
     ) -> SampledSpectrum {
         let mut radiance = SampledSpectrum::ZERO;
         let mut throughput = SampledSpectrum::ONE;
+        // Those that the path still has.
+        let mut lambda = *lambda;
         for depth in 0..=self.max_depth {
             let hit = match scene.integrator.trace(&scene.world, &ray, log) {
                 Arrival::Surface(hit) => hit,
                 Arrival::Sky(direction) => {
-                    radiance += throughput * scene.sky(direction, lambda);
+                    radiance += throughput * scene.sky(direction, &lambda);
                     break;
                 }
                 Arrival::Hole | Arrival::OutOfSteps => break,
             };
-            let Some(vertex) = scene.vertex(hit, lambda) else {
+            let Some(vertex) = scene.vertex(hit, &lambda) else {
                 log.counters.inside_horizon += 1;
                 break;
             };
@@ -69,6 +71,9 @@ impl LightTransport for Hemisphere {
             let wi = if specular {
                 let Some(sample) = vertex.material.sample(&vertex.shading, vertex.wo, choice, u) else { break };
                 throughput *= sample.weight;
+                if sample.drops_wavelengths {
+                    lambda.drop_secondary(&mut throughput);
+                }
                 sample.wi
             } else {
                 let up = uniform_hemisphere(u);

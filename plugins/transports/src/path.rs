@@ -79,7 +79,7 @@ impl LightTransport for Path {
         &self,
         scene: &Scene,
         mut ray: Ray,
-        lambda: &mut SampledWavelengths,
+        lambda: &SampledWavelengths,
         stream: &mut SampleStream,
         log: &mut TraceLog,
     ) -> SampledSpectrum {
@@ -87,18 +87,20 @@ impl LightTransport for Path {
         let connections = scene.integrator.connections().filter(|_| aims);
         let mut radiance = SampledSpectrum::ZERO;
         let mut throughput = SampledSpectrum::ONE;
+        // Those that the path still has.
+        let mut lambda = *lambda;
         // `None` after the camera and after specular bounces: nothing but chance finds lamps there.
         let mut chosen: Option<Chosen> = None;
         for depth in 0..=self.max_depth {
             let hit = match scene.integrator.trace(&scene.world, &ray, log) {
                 Arrival::Surface(hit) => hit,
                 Arrival::Sky(direction) => {
-                    radiance += throughput * scene.sky(direction, lambda);
+                    radiance += throughput * scene.sky(direction, &lambda);
                     break;
                 }
                 Arrival::Hole | Arrival::OutOfSteps => break,
             };
-            let Some(vertex) = scene.vertex(hit, lambda) else {
+            let Some(vertex) = scene.vertex(hit, &lambda) else {
                 log.counters.inside_horizon += 1;
                 break;
             };
@@ -121,7 +123,7 @@ impl LightTransport for Path {
             {
                 // Along straight lines it costs so little to look that leaving light to chance only adds noise.
                 let found = if scene.integrator.is_curved() { radiance.max() / throughput.max() } else { 0.0 };
-                radiance += throughput * sample_light(scene, c, &vertex, found, lambda, stream, log);
+                radiance += throughput * sample_light(scene, c, &vertex, found, &lambda, stream, log);
             }
 
             // ---- The next direction
@@ -129,6 +131,9 @@ impl LightTransport for Path {
                 break;
             };
             throughput *= sample.weight;
+            if sample.drops_wavelengths {
+                lambda.drop_secondary(&mut throughput);
+            }
             if throughput.is_zero() || !vertex.is_consistent(sample.wi) {
                 break;
             }
