@@ -166,6 +166,12 @@ impl Scene {
         })
     }
 
+    /// Whether light bends in this scene.
+    #[inline]
+    pub fn bends(&self) -> bool {
+        self.world.hole.is_some_and(|h| h.rs > 0.0) && self.integrator.is_curved()
+    }
+
     /// Wavelength at `observer` over wavelength at the camera.
     #[inline]
     pub fn shift(&self, observer: &Observer) -> f64 {

@@ -66,19 +66,29 @@ impl SampledSpectrum {
     /// Applies `f` to every value.
     #[inline]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
-        Self(self.0.map(f))
+        // A loop: `array::map` is not inlined everywhere.
+        let mut values = self.0;
+        for v in &mut values {
+            *v = f(*v);
+        }
+        Self(values)
     }
 
     /// Joins two spectra value by value.
     #[inline]
     pub fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+        let mut values = self.0;
+        for (v, o) in values.iter_mut().zip(other.0) {
+            *v = f(*v, o);
+        }
+        Self(values)
     }
 
     /// The largest value.
     #[inline]
     pub fn max(self) -> f32 {
-        self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
+        let [a, b, c, d] = self.0;
+        a.max(b).max(c.max(d))
     }
 
     /// The mean of the values.

@@ -49,16 +49,8 @@ const LONGEST: f64 = 1.0;
 pub fn chord_angle(rs: f64, distance: f64) -> f64 {
     let x = distance / (1.5 * rs);
     // 1/cos = 1 + x, by the tangent, which keeps its digits for small x.
-    let half = (x * (2.0 + x)).sqrt().atan();
+    let half = small_angle((x * (2.0 + x)).sqrt(), 1.0);
     (2.0 * half).clamp(1e-5, LONGEST)
-}
-
-/// The distance from the hole within which all geometry lies (scene units); 0 where there is none.
-pub fn reach(world: &World, hole: &BlackHole) -> f64 {
-    if world.bounds.is_empty() {
-        return 0.0;
-    }
-    (world.bounds.min - hole.center).abs().max((world.bounds.max - hole.center).abs()).length()
 }
 
 /// A point of an orbit.
@@ -102,8 +94,7 @@ pub struct Chords<'w> {
 impl<'w> Chords<'w> {
     /// The chords, of at most the angle `angle`, of the orbit in `plane` that begins at `origin` with the state `start`.
     pub fn new(world: &'w World, hole: &BlackHole, plane: OrbitPlane, origin: DVec3, start: &State, angle: f64) -> Self {
-        let margin = OVERLAP * world.bounds.min.abs().max(world.bounds.max.abs()).max_element();
-        let reach = reach(world, hole);
+        let World { margin, reach, .. } = *world;
         Self {
             world,
             plane,
@@ -126,15 +117,15 @@ impl<'w> Chords<'w> {
             return None;
         }
         let mut phi = start.phi;
-        // Distance covered per radian, to begin with; then that of the last stretch.
-        let mut pace = (start.u * start.u + start.du * start.du).sqrt() / (start.u * start.u);
+        // Distance covered per radian on the last stretch.
+        let mut pace = None;
         while phi < end.phi {
             let from = self.last;
             if from.u <= 0.0 {
                 return None;
             }
             if let Some(to) = self.leap(step, &from, end.phi, pace) {
-                pace = (to.point - from.point).length() / (to.phi - from.phi);
+                pace = Some((to.point - from.point).length() / (to.phi - from.phi));
                 self.before = Some(to.point - from.point);
                 (self.last, phi) = (to, to.phi);
                 log.counters.leaps += 1;
@@ -151,7 +142,7 @@ impl<'w> Chords<'w> {
             if to.u <= 0.0 {
                 return None;
             }
-            pace = (to.point - from.point).length() / (to.phi - from.phi);
+            pace = Some((to.point - from.point).length() / (to.phi - from.phi));
             let before = self.before.replace(to.point - from.point);
             let hit = self.search(step, &Span { from, to, before }, SPLITS, log);
             log.point(hit.map_or(to.point, |h| h.point));
@@ -179,9 +170,18 @@ impl<'w> Chords<'w> {
     /// The stretch strays from its chord by less than the gap, which is twice what it is expected to be; so it lies within a ball
     /// around the chord's middle, and is free if nothing is known to be in there. How far it may be is guessed from the
     /// free space around its beginning.
-    fn leap<D: Dense>(&self, step: &D, from: &Place, end: f64, pace: f64) -> Option<Place> {
+    #[inline]
+    fn leap<D: Dense>(&self, step: &D, from: &Place, end: f64, pace: Option<f64>) -> Option<Place> {
         let clearance = self.world.clearance.as_ref()?;
         let around = clearance.at(from.point);
+        if around <= 0.0 {
+            return None;
+        }
+        // Of the first stretch of a step, the pace where it begins.
+        let pace = pace.unwrap_or_else(|| {
+            let State { u, du, .. } = step.start();
+            (u * u + du * du).sqrt() / (u * u)
+        });
         let least = WORTHWHILE * self.angle.min(end - from.phi);
         let mut angle = (2.0 * around / pace).min(LONGEST);
         for _ in 0..2 {
