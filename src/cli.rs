@@ -1,7 +1,8 @@
 //! The command line: what can be typed.
 
 use bhs_core::layer::Layer;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 /// A renderer for scenes with a black hole in them.
@@ -11,6 +12,32 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+    /// Colours in what is said about a scene
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t)]
+    pub color: Color,
+}
+
+/// When what is said has colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Color {
+    /// On a terminal, unless the environment variable `NO_COLOR` is set
+    #[default]
+    Auto,
+    /// Always
+    Always,
+    /// Never
+    Never,
+}
+
+impl Color {
+    /// Whether what goes to standard error has colours.
+    pub fn on_standard_error(self) -> bool {
+        match self {
+            Self::Auto => std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
+            Self::Always => true,
+            Self::Never => false,
+        }
+    }
 }
 
 /// The program's commands.
@@ -22,6 +49,17 @@ pub enum Command {
     Check {
         /// The scene; `-` reads standard input
         scene: PathBuf,
+        /// Print one JSON object a finding on standard output, for editors
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print a scene neatly, comments kept
+    Format {
+        /// The scene; `-` reads standard input
+        scene: PathBuf,
+        /// Write it back to its file
+        #[arg(long)]
+        write: bool,
     },
     /// List the plugins, with their parameters
     Plugins {
@@ -29,6 +67,9 @@ pub enum Command {
         kind: Option<String>,
         /// Only this plugin, with its parameter table
         name: Option<String>,
+        /// Print JSON, parameters included
+        #[arg(long)]
+        json: bool,
     },
     /// Follow rays through a scene, or join points by light; one JSON object a line, in input order
     Trace(TraceArgs),
@@ -74,6 +115,9 @@ pub struct RenderArgs {
     /// Light transport, in place of the scene's
     #[arg(long, value_name = "NAME")]
     pub transport: Option<String>,
+    /// Only the camera of this name; all cameras of the scene if not given
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
     /// Threads; all processors if not given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,

@@ -1,21 +1,20 @@
 //! What the program's commands do.
 
-use crate::cli::{BenchArgs, RenderArgs, SceneArgs, TraceArgs};
-use crate::false_color::{self, FalseColor};
-use crate::image::{self, Attribute, OutputFile, Picture};
+use crate::cli::{BenchArgs, SceneArgs, TraceArgs};
+use crate::image::{OutputFile, Picture};
 use crate::lang::{self, BuiltScene, Overrides, SourceMap};
-use crate::progress::Progress;
 use crate::registry::Registry;
-use crate::render::{Job, Rendered};
-use crate::stats::{Phases, counters_to_json, peak_memory};
 use crate::{plugins_table, report};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use bhs_core::diagnostics::Diagnostic;
 use serde_json::json;
-use std::io::{BufReader, IsTerminal, Write};
+use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::atomic::AtomicBool;
+
+mod render;
+
+pub use render::render;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,23 +42,23 @@ pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
 }
 
 /// Loads a scene and says on standard error what is wrong with it. `None` if it cannot be built.
-fn load(scene: &Path, overrides: &Overrides) -> Option<BuiltScene> {
+fn load(scene: &Path, overrides: &Overrides, color: bool) -> Option<BuiltScene> {
     let mut sources = SourceMap::new();
     match lang::load(&scene.to_string_lossy(), &Registry::builtin(), overrides, &mut sources) {
         Ok(built) => {
-            say(&built.warnings, &sources);
+            say(&built.warnings, &sources, color);
             Some(built)
         }
         Err(found) => {
-            say(&found, &sources);
+            say(&found, &sources, color);
             None
         }
     }
 }
 
-fn say(found: &[Diagnostic], sources: &SourceMap) {
+fn say(found: &[Diagnostic], sources: &SourceMap, color: bool) {
     if !found.is_empty() {
-        eprint!("{}", report::render(found, sources, std::io::stderr().is_terminal()));
+        eprint!("{}", report::render(found, sources, color));
     }
 }
 
@@ -67,149 +66,55 @@ fn overrides(args: &SceneArgs) -> Overrides {
     Overrides { integrator: args.integrator.clone(), seed: args.seed, ..Default::default() }
 }
 
-/// `bhs render`
-///
-/// # Errors
-/// If a file cannot be written.
-pub fn render(args: &RenderArgs, stop: &AtomicBool) -> Result<ExitStatus> {
-    let mut phases = Phases::default();
-    let overrides = Overrides {
-        transport: args.transport.clone(),
-        spp: args.spp,
-        resolution: args.resolution,
-        crop: args.crop,
-        layers: args.aov.clone(),
-        quick: args.quick,
-        ..overrides(&args.scene_args)
-    };
-    let Some(built) = load(&args.scene, &overrides) else { return Ok(ExitStatus::Fault) };
-    phases.end("load");
-
-    // Whether the results can be kept is found out before they are made.
-    let exr_path = args.output.clone().unwrap_or_else(|| built.film.filename().into());
-    if exr_path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        bail!("cannot write `{}`: the output's name ends in .exr (a .png is written beside it)", exr_path.display());
-    }
-    let exr = OutputFile::reserve(&exr_path)?;
-    let png = OutputFile::reserve(&exr_path.with_extension("png"))?;
-    let layers = built.film.layers();
-    if args.false_color && layers.is_empty() {
-        eprintln!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
-        return Ok(ExitStatus::CommandLine);
-    }
-    let shown = if args.false_color { layers } else { &[] };
-    let shown =
-        shown.iter().map(|l| OutputFile::reserve(&false_color::path(&exr_path, *l))).collect::<Result<Vec<OutputFile>>>()?;
-    let stats = args.stats.as_deref().map(OutputFile::reserve).transpose()?;
-
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = args.threads {
-        pool = pool.num_threads(threads as usize);
-    }
-    let pool = pool.build().context("cannot start the threads")?;
-    let job = Job::of(&built);
-    let [x0, x1, y0, y1] = built.film.crop();
-    let samples = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(built.sampler.samples_per_pixel());
-    let progress = Progress::new(samples, args.quiet);
-    let rendered = pool.install(|| crate::render::render(&job, &progress, stop));
-    progress.finish();
-    phases.end("render");
-
-    let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
-    let attributes = provenance(&built, &rendered, &phases);
-    png.finish(|to| picture.write_png(to, |pixel| built.film.display(pixel)))?;
-    for (file, layer) in shown.into_iter().zip(&layers) {
-        let colors = FalseColor::new(layer);
-        if !args.quiet {
-            eprintln!("{} shows {colors}", file.path().display());
-        }
-        file.finish(|to| image::write_png(to, picture.size, colors.pixels().as_flattened()))?;
-    }
-    let picture = picture.with_layers(&layers);
-    exr.finish(|to| picture.write_exr(to, &attributes))?;
-    phases.end("write");
-
-    if let Some(stats) = stats {
-        let text = serde_json::to_string_pretty(&stats_json(&built, &rendered, &phases))?;
-        stats.finish(|to| Ok(writeln!(to, "{text}")?))?;
-    }
-    if !args.quiet {
-        closing_words(&exr_path, &rendered, &phases);
-    }
-    Ok(if rendered.interrupted { ExitStatus::Interrupted } else { ExitStatus::Done })
-}
-
-/// What the EXR header says of the picture's making.
-fn provenance(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> Vec<(String, Attribute)> {
-    let c = &rendered.counters;
-    let queries = c.queries as f64 / c.geodesics.max(1) as f64;
-    let numbers = [
-        ("bhs:spp", f64::from(rendered.samples)),
-        ("bhs:seconds", phases.seconds("render")),
-        ("bhs:queriesPerGeodesic", queries),
-    ];
-    let texts = [
-        ("bhs:version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("bhs:scene", built.hash.clone()),
-        ("bhs:seed", built.seed.to_string()),
-        ("bhs:integrator", built.integrator_name.clone()),
-        ("bhs:transport", built.transport_name.clone()),
-    ];
-    let numbers = numbers.into_iter().map(|(n, v)| (n.to_owned(), Attribute::Number(v)));
-    let texts = texts.into_iter().map(|(n, v)| (n.to_owned(), Attribute::Text(v)));
-    texts.chain(numbers).collect()
-}
-
-fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {
-    json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "scene": built.hash,
-        "seed": built.seed,
-        "integrator": built.integrator_name,
-        "transport": built.transport_name,
-        "samples_per_pixel": rendered.samples,
-        "interrupted": rendered.interrupted,
-        "seconds": phases.to_json(),
-        "peak_memory_bytes": peak_memory(),
-        "triangles": built.load.triangles,
-        "zero_area_triangles_dropped": built.load.zero_area_triangles,
-        "counts": counters_to_json(&rendered.counters),
-    })
-}
-
-fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
-    let (c, seconds) = (&rendered.counters, phases.seconds("render"));
-    let rays = c.geodesics as f64 / seconds.max(1e-9) / 1e6;
-    let queries = c.queries as f64 / c.geodesics.max(1) as f64;
-    let state = if rendered.interrupted { "interrupted; " } else { "" };
-    eprintln!(
-        "{state}{} and .png: {} spp in {seconds:.1} s ({rays:.2} Mray/s, {queries:.1} queries a ray), {:.1} s in all",
-        path.display(),
-        rendered.samples,
-        phases.total()
-    );
-    if c.not_finite > 0 {
-        eprintln!(
-            "warning: {} samples were not finite and were left out; this is a fault of bhs, please report it",
-            c.not_finite
-        );
-    }
-    if c.out_of_steps > 0 {
-        eprintln!("warning: {} rays ran out of steps and count as black; raise the integrator's `maxsteps`", c.out_of_steps);
-    }
-}
-
 /// `bhs check`
 ///
 /// # Errors
-/// None so far.
-pub fn check(scene: &Path) -> Result<ExitStatus> {
-    match load(scene, &Overrides::default()) {
-        Some(_) => {
-            eprintln!("{}: no errors", scene.display());
+/// If standard output is closed.
+pub fn check(scene: &Path, as_json: bool, color: bool) -> Result<ExitStatus> {
+    if !as_json {
+        let Some(_) = load(scene, &Overrides::default(), color) else { return Ok(ExitStatus::Fault) };
+        eprintln!("{}: no errors", scene.display());
+        return Ok(ExitStatus::Done);
+    }
+    let mut sources = SourceMap::new();
+    let (found, status) = match lang::load(&scene.to_string_lossy(), &Registry::builtin(), &Overrides::default(), &mut sources) {
+        Ok(built) => (built.warnings, ExitStatus::Done),
+        Err(found) => (found, ExitStatus::Fault),
+    };
+    let mut out = std::io::stdout().lock();
+    for diagnostic in &found {
+        writeln!(out, "{}", report::to_json(diagnostic, &sources))?;
+    }
+    Ok(status)
+}
+
+/// `bhs format`
+///
+/// # Errors
+/// If the scene cannot be written.
+pub fn format(scene: &Path, write: bool, color: bool) -> Result<ExitStatus> {
+    if write && scene == Path::new("-") {
+        eprintln!("error: --write writes a file, and the scene comes from standard input");
+        return Ok(ExitStatus::CommandLine);
+    }
+    let mut sources = SourceMap::new();
+    let formatted = sources.open(&scene.to_string_lossy()).map_err(|d| vec![*d]).and_then(|file| {
+        let text = sources.get(file).map_or("", |s| &*s.text);
+        lang::format(text, file)
+    });
+    match formatted {
+        Err(found) => {
+            say(&found, &sources, color);
+            Ok(ExitStatus::Fault)
+        }
+        Ok(text) if write => {
+            OutputFile::reserve(scene)?.finish(|to| Ok(to.write_all(text.as_bytes())?))?;
             Ok(ExitStatus::Done)
         }
-        None => Ok(ExitStatus::Fault),
+        Ok(text) => {
+            std::io::stdout().write_all(text.as_bytes())?;
+            Ok(ExitStatus::Done)
+        }
     }
 }
 
@@ -217,8 +122,13 @@ pub fn check(scene: &Path) -> Result<ExitStatus> {
 ///
 /// # Errors
 /// If standard output is closed.
-pub fn plugins(kind: Option<&str>, name: Option<&str>) -> Result<ExitStatus> {
-    match plugins_table::render(&Registry::builtin(), kind, name) {
+pub fn plugins(kind: Option<&str>, name: Option<&str>, as_json: bool) -> Result<ExitStatus> {
+    let registry = Registry::builtin();
+    let made = match as_json {
+        true => plugins_table::to_json(&registry, kind, name).map(|all| format!("{all:#}\n")),
+        false => plugins_table::render(&registry, kind, name),
+    };
+    match made {
         Ok(text) => {
             std::io::stdout().write_all(text.as_bytes())?;
             Ok(ExitStatus::Done)
@@ -234,7 +144,7 @@ pub fn plugins(kind: Option<&str>, name: Option<&str>) -> Result<ExitStatus> {
 ///
 /// # Errors
 /// If the rays cannot be read.
-pub fn trace(args: &TraceArgs) -> Result<ExitStatus> {
+pub fn trace(args: &TraceArgs, color: bool) -> Result<ExitStatus> {
     // One of the two is given: the command line sees to it.
     let Some(input) = args.rays.as_ref().or(args.connect.as_ref()) else { return Ok(ExitStatus::CommandLine) };
     if input == Path::new("-") && args.scene == Path::new("-") {
@@ -245,7 +155,7 @@ pub fn trace(args: &TraceArgs) -> Result<ExitStatus> {
         return Ok(ExitStatus::CommandLine);
     }
     let overrides = Overrides { without_camera: true, ..overrides(&args.scene_args) };
-    let Some(built) = load(&args.scene, &overrides) else { return Ok(ExitStatus::Fault) };
+    let Some(built) = load(&args.scene, &overrides, color) else { return Ok(ExitStatus::Fault) };
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     let mut answer = |lines: &mut dyn std::io::BufRead| match args.connect {
         Some(_) => crate::trace::connect(&built.scene, lines, &mut out),
@@ -265,43 +175,54 @@ pub fn trace(args: &TraceArgs) -> Result<ExitStatus> {
 ///
 /// # Errors
 /// If the scene cannot be measured or a file cannot be written.
-pub fn bench(args: &BenchArgs) -> Result<ExitStatus> {
+pub fn bench(args: &BenchArgs, color: bool) -> Result<ExitStatus> {
     if args.scene == Path::new("-") {
-        // It is built many times.
+        // It is read several times.
         eprintln!("error: `bhs bench` needs a file");
         return Ok(ExitStatus::CommandLine);
     }
     // Integrators at the scene's own resolution, which sets what they need not tell apart.
-    let Some(built) = load(&args.scene, &Overrides::default()) else { return Ok(ExitStatus::Fault) };
+    let Some(built) = load(&args.scene, &Overrides::default(), color) else { return Ok(ExitStatus::Fault) };
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder `{}`", folder.display()))?;
     }
+    let hash = built.hash.clone();
     let wanted = |what: &str| args.only.as_deref().is_none_or(|only| only == what);
     let mut measured = Vec::new();
     if wanted("integrators") {
         measured.extend(crate::bench::integrators::measure(&built, args.rays as usize, args.rounds));
     }
     if wanted("transports") {
-        let quietly = |overrides: &Overrides| {
+        // The pictures' own resolution sets what rays need not tell apart; all of them share one scene.
+        drop(built);
+        let overrides = Overrides { resolution: Some(args.resolution), ..Default::default() };
+        let Some(small) = load(&args.scene, &overrides, color) else { return Ok(ExitStatus::Fault) };
+        let registry = Registry::builtin();
+        let make = |overrides: &Overrides| {
             let mut sources = SourceMap::new();
-            lang::load(&args.scene.to_string_lossy(), &Registry::builtin(), overrides, &mut sources).ok()
+            lang::load_method(&args.scene.to_string_lossy(), &registry, overrides, &mut sources)
+                .map_err(|found| anyhow::anyhow!("{}", report::render(&found, &sources, color)))
         };
-        let curved = built.scene.integrator.is_curved();
-        measured.push(crate::bench::transports::measure(quietly, args.resolution, curved, args.rounds)?);
+        measured.push(crate::bench::transports::measure(small, make, args.rounds)?);
     }
     let mut out = std::io::stdout().lock();
     if args.json {
-        let tables: serde_json::Map<_, _> = measured.iter().map(|m| (m.name.to_owned(), m.table.to_json())).collect();
-        writeln!(out, "{}", serde_json::to_string_pretty(&json!({ "scene": built.hash, "tables": tables }))?)?;
+        let tables: serde_json::Map<_, _> =
+            measured.iter().flat_map(|m| m.tables()).map(|(name, table)| (name, table.to_json())).collect();
+        writeln!(out, "{}", serde_json::to_string_pretty(&json!({ "scene": hash, "tables": tables }))?)?;
     } else {
         for m in &measured {
             writeln!(out, "{}\n\n{}", m.chart.title, m.table.to_markdown())?;
+            if let Some(summary) = &m.summary {
+                writeln!(out, "{}, {}\n\n{}", m.name.replace('_', " "), summary.title, summary.table.to_markdown())?;
+            }
         }
     }
     if let Some(folder) = &args.output {
         for m in &measured {
-            for (ending, text) in [("csv", m.table.to_csv()), ("svg", m.chart.to_svg())] {
-                let file = OutputFile::reserve(&folder.join(format!("{}.{ending}", m.name)))?;
+            let tables = m.tables().map(|(name, table)| (format!("{name}.csv"), table.to_csv()));
+            for (name, text) in tables.chain([(format!("{}.svg", m.name), m.chart.to_svg())]) {
+                let file = OutputFile::reserve(&folder.join(name))?;
                 file.finish(|to| Ok(to.write_all(text.as_bytes())?))?;
             }
         }

@@ -17,12 +17,14 @@ fn main() -> ExitCode {
             return status.into();
         }
     };
+    let color = cli.color.on_standard_error();
     let result = match &cli.command {
-        Command::Render(args) => commands::render(args, &stop_on_interrupt()),
-        Command::Check { scene } => commands::check(scene),
-        Command::Plugins { kind, name } => commands::plugins(kind.as_deref(), name.as_deref()),
-        Command::Trace(args) => commands::trace(args),
-        Command::Bench(args) => commands::bench(args),
+        Command::Render(args) => commands::render(args, color, &stop_on_interrupt()),
+        Command::Check { scene, json } => commands::check(scene, *json, color),
+        Command::Format { scene, write } => commands::format(scene, *write, color),
+        Command::Plugins { kind, name, json } => commands::plugins(kind.as_deref(), name.as_deref(), *json),
+        Command::Trace(args) => commands::trace(args, color),
+        Command::Bench(args) => commands::bench(args, color),
         Command::Compare { a, b, json } => commands::compare(a, b, *json),
     };
     match result {

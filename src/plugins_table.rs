@@ -2,6 +2,7 @@
 
 use crate::registry::{PluginInfo, Registry};
 use bhs_core::diagnostics::did_you_mean;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// The name of a kind on the command line: one word.
@@ -42,6 +43,30 @@ pub fn render(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> Re
         },
     }
     Ok(text)
+}
+
+/// What [`render`] shows, as JSON: an array with an object for each plugin.
+///
+/// # Errors
+/// As [`render`].
+pub fn to_json(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> Result<Value, String> {
+    // The same faults in the same words.
+    render(registry, kind, name)?;
+    let all = registry.describe();
+    let wanted = |p: &&PluginInfo| kind.is_none_or(|k| k == word(p.kind)) && name.is_none_or(|n| n == p.name);
+    Ok(all.iter().filter(wanted).map(plugin_json).collect())
+}
+
+fn plugin_json(plugin: &PluginInfo) -> Value {
+    let parameters = plugin.params.iter().map(|p| {
+        let default = Some(p.default.as_str()).filter(|d| !matches!(*d, "required" | "none"));
+        json!({
+            "name": p.name, "type": p.ty, "default": default, "required": p.default == "required", "unit": p.unit, "meaning": p.about,
+        })
+    });
+    json!({
+        "kind": word(plugin.kind), "name": plugin.name, "summary": plugin.summary, "parameters": parameters.collect::<Vec<_>>(),
+    })
 }
 
 fn unknown(what: &str, name: &str, there_is: &[&str]) -> String {

@@ -136,9 +136,11 @@ impl Registry {
             found.push(self.unknown::<T>(&entity.name));
             return None;
         };
-        let params = Params::new(entity.name.clone(), &entity.params, context);
+        let defaults = entity.defaults.iter().map(|d| &d.param).collect();
+        let params = Params::new(entity.name.clone(), &entity.params, context).with_defaults(defaults);
         let made = (plugin.build)(&params);
-        let (mut faults, _) = params.finish();
+        let (mut faults, asked) = params.finish();
+        entity.defaults.iter().filter(|d| asked.iter().any(|a| a.name == d.param.name.value)).for_each(|d| d.take());
         // What has been left out because it is at fault is not missing.
         faults.retain(|d| !(entity.faulty && d.code == "missing-parameter"));
         if made.is_none() && faults.is_empty() && !entity.faulty {
@@ -238,6 +240,7 @@ mod tests {
         let mut entity = Entity {
             name,
             params: Vec::new(),
+            defaults: Default::default(),
             span: Span::default(),
             keyword: Span::default(),
             faulty: false,

@@ -3,6 +3,7 @@
 use crate::lang::source::{SourceMap, floor_char};
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 use bhs_core::diagnostics::{Diagnostic, Label, Severity, Span};
+use serde_json::{Value, json};
 use std::ops::Range;
 
 /// Findings that are drawn; further ones are counted.
@@ -27,6 +28,48 @@ pub fn render(found: &[Diagnostic], sources: &SourceMap, color: bool) -> String 
         out += &format!("{errors} error{}\n", if errors == 1 { "" } else { "s" });
     }
     out
+}
+
+/// A finding as a JSON object; lines and columns count from 1, columns in characters, and `end` is the place behind the last one.
+pub fn to_json(d: &Diagnostic, sources: &SourceMap) -> Value {
+    let severity = match d.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    };
+    let mut object = json!({ "severity": severity, "code": d.code, "message": d.message, "help": d.help });
+    if let Some(primary) = &d.primary {
+        merge(&mut object, place(primary.span, sources));
+        merge(&mut object, json!({ "label": primary.text }));
+        let mut chain = Vec::new();
+        let mut at = sources.get(primary.span.file).and_then(|s| s.included_at);
+        while let Some(span) = at {
+            chain.push(place(span, sources));
+            at = sources.get(span.file).and_then(|s| s.included_at);
+        }
+        merge(&mut object, json!({ "included_from": chain }));
+    }
+    let label = |l: &Label| {
+        let mut label = place(l.span, sources);
+        merge(&mut label, json!({ "message": l.text }));
+        label
+    };
+    merge(&mut object, json!({ "labels": d.labels.iter().map(label).collect::<Vec<_>>() }));
+    object
+}
+
+/// File and range of a span.
+fn place(span: Span, sources: &SourceMap) -> Value {
+    let (line, column) = sources.line_column(span.file, span.start);
+    let (end_line, end_column) = sources.line_column(span.file, span.end);
+    let file = sources.get(span.file).map(|s| s.name.as_str());
+    json!({ "file": file, "line": line, "column": column, "end": { "line": end_line, "column": end_column } })
+}
+
+/// Adds the members of the object `from`.
+fn merge(to: &mut Value, from: Value) {
+    if let (Value::Object(to), Value::Object(from)) = (to, from) {
+        to.extend(from);
+    }
 }
 
 fn group<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Group<'a> {

@@ -1,30 +1,41 @@
 //! What a render took, as JSON.
 
+use crate::bench::clock::processor_seconds;
 use bhs_core::stats::Counters;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
-/// Seconds by phase, in the order of the phases.
+/// Seconds by phase, in the order of the phases: on the wall's clock, and of the processors.
 #[derive(Debug)]
 pub struct Phases {
     start: Instant,
     last: Instant,
-    phases: Vec<(&'static str, Duration)>,
+    last_processor: f64,
+    phases: Vec<Phase>,
+}
+
+/// What a phase took.
+#[derive(Debug)]
+struct Phase {
+    name: &'static str,
+    wall: Duration,
+    /// Of all threads together (s).
+    processor: f64,
 }
 
 impl Default for Phases {
     fn default() -> Self {
         let now = Instant::now();
-        Self { start: now, last: now, phases: Vec::new() }
+        Self { start: now, last: now, last_processor: processor_seconds(), phases: Vec::new() }
     }
 }
 
 impl Phases {
     /// Ends the phase `name`, which began where the last one ended.
     pub fn end(&mut self, name: &'static str) {
-        let now = Instant::now();
-        self.phases.push((name, now - self.last));
-        self.last = now;
+        let (now, processor) = (Instant::now(), processor_seconds());
+        self.phases.push(Phase { name, wall: now - self.last, processor: processor - self.last_processor });
+        (self.last, self.last_processor) = (now, processor);
     }
 
     /// Seconds since the first phase began.
@@ -34,17 +45,18 @@ impl Phases {
 
     /// Seconds of a phase that has ended.
     pub fn seconds(&self, name: &str) -> f64 {
-        self.phases.iter().filter(|(n, _)| *n == name).map(|(_, d)| d.as_secs_f64()).sum()
+        self.phases.iter().filter(|p| p.name == name).map(|p| p.wall.as_secs_f64()).sum()
     }
 
-    /// As a JSON object.
+    /// Seconds on the wall's clock as a JSON object.
     pub fn to_json(&self) -> Value {
-        let mut object = serde_json::Map::new();
-        for (name, duration) in &self.phases {
-            object.insert((*name).to_owned(), json!(duration.as_secs_f64()));
-        }
-        object.insert("total".to_owned(), json!(self.total()));
-        Value::Object(object)
+        let phases = self.phases.iter().map(|p| (p.name.to_owned(), json!(p.wall.as_secs_f64())));
+        Value::Object(phases.chain([("total".to_owned(), json!(self.total()))]).collect())
+    }
+
+    /// Seconds that the processors took, all threads together, as a JSON object.
+    pub fn processor_to_json(&self) -> Value {
+        Value::Object(self.phases.iter().map(|p| (p.name.to_owned(), json!(p.processor))).collect())
     }
 }
 
@@ -68,7 +80,12 @@ pub fn counters_to_json(c: &Counters) -> Value {
             "captured": c.captured,
             "out_of_steps": c.out_of_steps,
         },
-        "skipped": { "chords_outside_bounds": c.chords_skipped, "leaps_through_free_space": c.leaps },
+        "skipped": {
+            "chords_outside_bounds": c.chords_skipped,
+            "leaps_through_free_space": c.leaps,
+            "connections_without_light": c.connections_dark,
+            "connections_left_to_chance": c.connections_faint,
+        },
         "inside_horizon": c.inside_horizon,
         "samples_not_finite": c.not_finite,
     })

@@ -3,7 +3,7 @@
 mod common;
 
 use bhs::lang::BuiltScene;
-use bhs_core::geometry::{Geometry, sample_triangle};
+use bhs_core::geometry::{Geometry, sample_triangle, triangle_area};
 use bhs_core::integrator::{Arrival, Ray};
 use bhs_core::sampling::mix64;
 use bhs_core::spectrum::SampledWavelengths;
@@ -91,10 +91,10 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     for (g, geometry) in scene.world.geometries.iter().enumerate() {
         let Geometry::Mesh(mesh) = geometry else { panic!("the room is made of triangles") };
         for triangle in 0..mesh.triangles.len() as u32 {
-            let area = mesh.triangle_area(triangle);
+            let area = triangle_area(mesh.corners(triangle));
             for i in 0..points {
                 let u = Vec2::new(((i as f64 + 0.5) / points as f64) as f32, random(i, 7 + u64::from(triangle)) as f32);
-                let (x, b) = sample_triangle(mesh, triangle, u);
+                let (x, b) = sample_triangle(mesh.corners(triangle), u);
                 let observer = scene.integrator.observer(&scene.world, x).expect("outside");
                 let normal = mesh.surface(triangle, b).normal;
                 let local_normal = observer.frame.local_normal(normal);

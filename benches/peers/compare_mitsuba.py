@@ -136,11 +136,12 @@ def spheres(folder, spectra):
 SCENES = {"cornell_box": (cornell_box, 1.0), "spheres": (spheres, 4.0 / 3.0)}
 
 
-def mitsuba_scene(mi, shapes, camera, maxdepth, film):
+def mitsuba_scene(mi, shapes, camera, maxdepth, film, rr_depth=100_000):
+    """A scene for Mitsuba. `rr_depth`: the first path segment that roulette may be played for; the default is never."""
     return mi.load_dict({
         "type": "scene",
-        # bhs (as pbrt) counts bounces, Mitsuba path segments; no Russian roulette.
-        "integrator": {"type": "path", "max_depth": maxdepth + 1, "rr_depth": 100_000},
+        # bhs (as pbrt) counts bounces, Mitsuba path segments.
+        "integrator": {"type": "path", "max_depth": maxdepth + 1, "rr_depth": rr_depth},
         "sensor": {
             "type": "perspective",
             "fov": camera["fov"],
@@ -191,8 +192,7 @@ class MitsubaObserver:
     def __init__(self, mi, spectra):
         self.mi = mi
         # It divides by 106.75026 where the integral of its y-bar is 106.85703: radiance 1 would get Y = 1.0010.
-        steps = range(360 * 4, 830 * 4)
-        integral = sum(mi.cie1931_y((i + 0.5) / 4) for i in steps) / 4
+        integral = self.y_bar((np.arange(360 * 4, 830 * 4) + 0.5) / 4).sum() / 4
         self.scale = 1.0 / (mi.MI_CIE_Y_NORMALIZATION * integral)
 
     def film(self, width, height):
@@ -203,7 +203,8 @@ class MitsubaObserver:
         return self.scale * np.array(image, dtype=np.float64)
 
     def y_bar(self, wavelengths):
-        return np.array([self.mi.cie1931_y(float(w)) for w in wavelengths])
+        # An array of one number each in the variants that compile.
+        return np.array([np.ravel(np.array(self.mi.cie1931_y(float(w))))[0] for w in wavelengths], dtype=np.float64)
 
 
 OBSERVERS = {"same": SameObserver, "mitsuba": MitsubaObserver}

@@ -1,6 +1,7 @@
 //! `bhs bench`: what each integrator and each light transport costs on a scene, and how wrong it is.
 
 pub mod clock;
+pub mod equal_error;
 pub mod integrators;
 pub mod rays;
 pub mod table;
@@ -17,6 +18,24 @@ pub struct Measured {
     pub table: Table,
     /// A chart of time against error.
     pub chart: Chart,
+    /// What comes of it.
+    pub summary: Option<Summary>,
+}
+
+/// What comes of a measurement.
+pub struct Summary {
+    /// What it says.
+    pub title: String,
+    /// The numbers.
+    pub table: Table,
+}
+
+impl Measured {
+    /// The tables with their names, as part of file names.
+    pub fn tables(&self) -> impl Iterator<Item = (String, &Table)> {
+        let summary = self.summary.iter().map(|s| (format!("{}_{}", self.name, s.title.replace(' ', "_")), &s.table));
+        std::iter::once((self.name.to_owned(), &self.table)).chain(summary)
+    }
 }
 
 /// A point of time against error.

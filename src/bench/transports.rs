@@ -1,11 +1,12 @@
 //! Light transports on a scene: seconds against noise.
 
 use super::clock::{median, processor_seconds};
+use super::rays::MOST_STEPS;
 use super::table::Table;
 use super::{Measured, Tradeoff, pareto_front, series};
 use crate::compare::compare;
 use crate::image::Picture;
-use crate::lang::{BuiltScene, Overrides};
+use crate::lang::{self, BuiltScene, Overrides};
 use crate::plot::Chart;
 use crate::render::render_quietly;
 use anyhow::{Context, Result};
@@ -13,10 +14,14 @@ use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
+use bhs_integrators::{Rk4, Straight};
 use glam::DVec3;
 
 /// How the baseline follows rays: fixed micro-steps (Aikawa, Zhou and Wang 2019).
 const BASELINE: &str = "schwarzschild-rk4";
+
+/// The angle of its steps (rad): the default of `schwarzschild-rk4`.
+const BASELINE_STEP: f64 = 0.1;
 
 /// Samples a pixel that every method is measured with.
 const SAMPLES: [u32; 3] = [4, 16, 64];
@@ -55,7 +60,7 @@ struct Method {
 
 /// The seed's method first: what everything else is measured against.
 const METHODS: [Method; 4] = [
-    Method { name: "hemisphere, fixed steps", transport: "hemisphere", integrator: Some(BASELINE), connected: true },
+    Method { name: "hemisphere, micro-steps (paper)", transport: "hemisphere", integrator: Some(BASELINE), connected: true },
     Method { name: "hemisphere", transport: "hemisphere", integrator: None, connected: true },
     Method { name: "path, lamps by chance", transport: "path", integrator: None, connected: false },
     Method { name: "path", transport: "path", integrator: None, connected: true },
@@ -67,41 +72,72 @@ fn picture(built: &BuiltScene) -> (Picture, f64) {
     (rendered.frame.picture(), processor_seconds() - start)
 }
 
-/// Measures every method `rounds` times, with other seeds. `build` builds the scene with changes.
+/// The scene, and what takes turns in it.
+struct Studio<F> {
+    built: BuiltScene,
+    make: F,
+    /// Whether its integrator bends light.
+    curved: bool,
+}
+
+impl<F: Fn(&Overrides) -> Result<lang::Method>> Studio<F> {
+    fn overrides(&self, method: &Method) -> Overrides {
+        Overrides {
+            transport: Some(method.transport.to_owned()),
+            integrator: method.integrator.filter(|_| self.curved).map(str::to_owned),
+            ..Default::default()
+        }
+    }
+
+    /// Makes what `method` needs.
+    fn ready(&self, method: &Method) -> Result<lang::Method> {
+        let made = (self.make)(&self.overrides(method));
+        let mut made = made.with_context(|| format!("the scene cannot be rendered with `{}`", method.name))?;
+        if self.curved && method.integrator.is_some() {
+            made.integrator = Box::new(Rk4::micro_steps(BASELINE_STEP, MOST_STEPS));
+        } else if !self.curved {
+            made.integrator = Box::new(Straight);
+        }
+        if !method.connected {
+            made.integrator = Box::new(Unconnected(made.integrator));
+        }
+        Ok(made)
+    }
+
+    /// The picture by `ready`, which is put back, and its seconds.
+    fn picture(&mut self, ready: &mut lang::Method, samples: u32, seed: u64) -> Result<(Picture, f64)> {
+        let numbers = (self.make)(&Overrides { spp: Some(samples), seed: Some(seed), ..Default::default() })?;
+        self.built.sampler = numbers.sampler;
+        self.swap(ready);
+        let done = picture(&self.built);
+        self.swap(ready);
+        Ok(done)
+    }
+
+    fn swap(&mut self, ready: &mut lang::Method) {
+        std::mem::swap(&mut self.built.scene.integrator, &mut ready.integrator);
+        std::mem::swap(&mut self.built.transport, &mut ready.transport);
+    }
+}
+
+/// Measures every method `rounds` times, with other seeds, in the scene `built`. `make` makes the scene's methods with changes.
 ///
 /// # Errors
-/// If the scene cannot be built with another transport.
-pub fn measure(
-    build: impl Fn(&Overrides) -> Option<BuiltScene>,
-    resolution: [u32; 2],
-    curved: bool,
-    rounds: u32,
-) -> Result<Measured> {
-    let make = |method: &Method, samples: u32, seed: u64| -> Result<BuiltScene> {
-        let overrides = Overrides {
-            transport: Some(method.transport.to_owned()),
-            integrator: method.integrator.filter(|_| curved).map(str::to_owned),
-            spp: Some(samples),
-            seed: Some(seed),
-            resolution: Some(resolution),
-            ..Default::default()
-        };
-        let mut built = build(&overrides).with_context(|| format!("the scene cannot be rendered with `{}`", method.name))?;
-        if !method.connected {
-            built.scene.integrator = Box::new(Unconnected(built.scene.integrator));
-        }
-        Ok(built)
-    };
-    let best = &METHODS[METHODS.len() - 1];
-    let (reference, _) = picture(&make(best, SAMPLES[SAMPLES.len() - 1] * REFERENCE, 1_000_003)?);
+/// If the scene cannot be rendered with another transport.
+pub fn measure(built: BuiltScene, make: impl Fn(&Overrides) -> Result<lang::Method>, rounds: u32) -> Result<Measured> {
+    let curved = built.scene.integrator.is_curved();
+    let mut studio = Studio { built, make, curved };
+    let mut ready = METHODS.iter().map(|m| studio.ready(m)).collect::<Result<Vec<_>>>()?;
+    let best = METHODS.len() - 1;
+    let (reference, _) = studio.picture(&mut ready[best], SAMPLES[SAMPLES.len() - 1] * REFERENCE, 1_000_003)?;
 
     let mut points = Vec::new();
     let mut rows = Vec::new();
     for samples in SAMPLES {
         let mut found = vec![(Vec::new(), Vec::new()); METHODS.len()];
         for seed in 0..u64::from(rounds) {
-            for (method, (seconds, errors)) in METHODS.iter().zip(&mut found) {
-                let (picture, time) = picture(&make(method, samples, seed)?);
+            for (ready, (seconds, errors)) in ready.iter_mut().zip(&mut found) {
+                let (picture, time) = studio.picture(ready, samples, seed)?;
                 seconds.push(time);
                 errors.push(compare(&picture, &reference)?.relative_mse);
             }
@@ -133,5 +169,5 @@ pub fn measure(
         y: "relative mean square error".into(),
         series: series(&points),
     };
-    Ok(Measured { name: "transports", table, chart })
+    Ok(Measured { name: "transports", table, chart, summary: None })
 }

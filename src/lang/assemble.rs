@@ -1,7 +1,8 @@
 //! Plugins, each made alone, to a scene: render space, the intersector, emitters, and what must hold between the parts.
 
-use crate::lang::build::LoadCounters;
+use crate::lang::build::{LoadCounters, View};
 use crate::lang::has_errors;
+use crate::lang::instances::{ObjectPart, Placed};
 use crate::lang::overrides::Overrides;
 use crate::registry::{Registry, bare_context};
 use bhs_core::blackhole::{BlackHole, Observer};
@@ -18,6 +19,7 @@ use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
 use bhs_core::scene::{Footprints, Scene, ShapeBinding};
 use bhs_core::world::World;
 use glam::{DVec3, Vec2};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// All plugins of a scene, in world space. What could not be made has been reported.
@@ -25,9 +27,8 @@ pub(super) struct Parts {
     pub integrator: Option<(String, Box<dyn Integrator>)>,
     /// With the place of its name.
     pub intersector: Option<(Span, Box<dyn IntersectorBuilder>)>,
-    pub camera: Option<Box<dyn Camera>>,
-    /// Place of the camera's name, if the scene has a camera.
-    pub camera_span: Option<Span>,
+    /// At least one.
+    pub cameras: Vec<PartCamera>,
     /// With the place of its name; its radius is above 0.
     pub hole: Option<(Span, BlackHole)>,
     pub lambda_range: [f32; 2],
@@ -39,6 +40,16 @@ pub(super) struct Parts {
     /// Whether the light transport samples lights.
     pub aims_at_lights: bool,
     pub shapes: Vec<Part>,
+    pub objects: Vec<ObjectPart>,
+}
+
+/// A camera that has been made.
+pub(super) struct PartCamera {
+    /// Its own name.
+    pub name: Option<String>,
+    /// Place of the plugin's name, if the scene has a camera.
+    pub span: Option<Span>,
+    pub camera: Option<Box<dyn Camera>>,
 }
 
 /// A shape that has been made.
@@ -57,7 +68,9 @@ pub(super) struct Part {
 /// A scene in render space.
 pub(super) struct Assembled {
     pub scene: Scene,
-    pub camera: Box<dyn Camera>,
+    /// The one that the scene is seen from.
+    pub view: View,
+    pub further_views: VecDeque<View>,
     pub integrator_name: String,
     pub load: LoadCounters,
 }
@@ -69,23 +82,25 @@ pub(super) fn assemble(
     overrides: &Overrides,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Assembled> {
-    let Parts { camera, camera_span, lambda_range, shapes, .. } = parts;
+    let Parts { mut cameras, lambda_range, shapes, .. } = parts;
     let (integrator_name, integrator) = choose_integrator(parts.integrator, parts.hole.as_ref(), registry, found);
 
     // Render space: single precision is fine near its origin only.
     check_range(&shapes, found);
-    let bounds = shapes.iter().fold(Aabb::EMPTY, |b, s| b.union(s.geometry.bounds()));
-    let origin = render_origin(&bounds, camera.as_deref());
+    let mut load = LoadCounters { shapes: shapes.len() as u64, ..Default::default() };
+    let objects: Vec<Placed> = parts.objects.into_iter().filter_map(|o| Placed::new(o, &mut load, found)).collect();
+    let bounds = shapes.iter().map(|s| s.geometry.bounds()).chain(objects.iter().map(Placed::bounds));
+    let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
+    let origin = render_origin(&bounds, cameras.first().and_then(|c| c.camera.as_deref()));
     let moved_hole = parts.hole.map(|(span, h)| (span, BlackHole { center: h.center - origin, ..h }));
     let bending_hole = moved_hole.filter(|_| integrator.as_ref().is_some_and(|i| i.is_curved()));
-    let camera = camera.map(|mut camera| {
-        camera.rebase(origin);
-        camera
-    });
-    // Where a camera is missing, it may be for another fault.
-    let unknown_camera = overrides.without_camera || (camera_span.is_none() && has_errors(found));
-    if let (Some(camera), Some((span, hole)), false) = (&camera, bending_hole, unknown_camera) {
-        check_camera(camera.as_ref(), camera_span, span, &hole, found);
+    cameras.iter_mut().filter_map(|c| c.camera.as_mut()).for_each(|c| c.rebase(origin));
+    for PartCamera { span, camera, .. } in &cameras {
+        // Where a camera is missing, it may be for another fault.
+        let unknown = overrides.without_camera || (span.is_none() && has_errors(found));
+        if let (Some(camera), Some((hole_span, hole)), false) = (camera, bending_hole, unknown) {
+            check_camera(camera.as_ref(), *span, hole_span, &hole, found);
+        }
     }
     let world_hole = bending_hole.map(|(span, h)| (span, BlackHole { center: h.center + origin, ..h }));
     check_points(&parts.lights, parts.aims_at_lights, world_hole, found);
@@ -98,7 +113,6 @@ pub(super) fn assemble(
     let materials: Vec<Option<Arc<dyn Material>>> = parts.materials.into_iter().map(|m| m.map(Arc::from)).collect();
     let area_lights: Vec<Option<Arc<dyn AreaLight>>> = parts.area_lights.into_iter().map(|l| l.map(Arc::from)).collect();
     let default_material: Arc<dyn Material> = parts.default_material?.into();
-    let mut load = LoadCounters { shapes: shapes.len() as u64, ..Default::default() };
     let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
     for part in shapes {
         let geometry = to_render_space(part.geometry, origin, part.span, &mut load, found);
@@ -116,6 +130,14 @@ pub(super) fn assemble(
         }
         geometries.push(geometry);
         bindings.push(binding);
+    }
+    for (geometry, part) in objects.iter().flat_map(|o| o.geometries(origin)) {
+        let material = match part.material {
+            Some(material) => Arc::clone(materials.get(material)?.as_ref()?),
+            None => Arc::clone(&default_material),
+        };
+        geometries.push(geometry);
+        bindings.push(ShapeBinding { material, emitter: None, index: part.index });
     }
     if has_errors(found) {
         return None;
@@ -149,11 +171,18 @@ pub(super) fn assemble(
         }
     };
     let world = World::new(geometries, intersector, moved_hole.map(|(_, h)| h), origin);
-    let (camera, integrator) = (camera?, integrator?);
-    let observer = integrator.observer(&world, camera.position()).unwrap_or(Observer::FLAT);
-    let footprints = footprints(&world.bounds, camera.as_ref());
-    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_choice, camera: observer, footprints };
-    Some(Assembled { scene, camera, integrator_name, load })
+    let integrator = integrator?;
+    let mut further_views = VecDeque::new();
+    for PartCamera { name, camera, .. } in cameras {
+        let camera = camera?;
+        let observer = integrator.observer(&world, camera.position()).unwrap_or(Observer::FLAT);
+        let footprints = footprints(&world.bounds, camera.as_ref());
+        further_views.push_back(View { name, camera, observer, footprints });
+    }
+    let view = further_views.pop_front()?;
+    let (camera, footprints) = (view.observer, view.footprints);
+    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_choice, camera, footprints };
+    Some(Assembled { scene, view, further_views, integrator_name, load })
 }
 
 /// The integrator to use: where nothing bends light it is `straight`, so that the picture is the same bit for bit.
@@ -207,8 +236,7 @@ fn render_origin(bounds: &Aabb, camera: Option<&dyn Camera>) -> DVec3 {
     if bounds.is_empty() {
         return camera.map_or(DVec3::ZERO, |c| c.position());
     }
-    let extent = (bounds.max - bounds.min).max_element();
-    if bounds.center().length() <= 4.0 * extent { DVec3::ZERO } else { bounds.center() }
+    bounds.origin()
 }
 
 fn to_render_space(
@@ -260,14 +288,15 @@ fn check_range(shapes: &[Part], found: &mut Vec<Diagnostic>) {
 fn check_light(geometry: &Geometry, span: Span, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
     let within = |p: DVec3| (p - hole.center).length() <= hole.rs;
     let inside = match geometry {
-        Geometry::Mesh(mesh) => {
-            !mesh.triangles.is_empty() && (0..mesh.triangles.len() as u32).all(|t| mesh.corners(t).into_iter().all(within))
-        }
         // Points all over the surface stand for it.
         Geometry::Analytic(surface) => (0..256).all(|i| {
             let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
             within(surface.sample(u).point)
         }),
+        mesh => {
+            let count = mesh.triangle_count() as u32;
+            count > 0 && (0..count).all(|t| mesh.corners(t).is_some_and(|corners| corners.into_iter().all(within)))
+        }
     };
     if inside {
         found.push(

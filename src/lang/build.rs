@@ -1,11 +1,14 @@
 //! The description of a scene to a scene that can be rendered: every plugin made, everything joined, moved to render space.
 
-use crate::lang::assemble::{self, Part, Parts};
-use crate::lang::description::{Entity, SceneDescription, ShapeEntity};
+use crate::lang::assemble::{self, Part, PartCamera, Parts};
+use crate::lang::attributes;
+use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::hole::build_hole;
+use crate::lang::instances::{self, ObjectPart};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry, bare_context};
+use bhs_core::blackhole::Observer;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
@@ -15,9 +18,10 @@ use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::Sampler;
-use bhs_core::scene::Scene;
+use bhs_core::scene::{Footprints, Scene};
 use bhs_core::transport::LightTransport;
 use bhs_core::value::Param;
+use std::collections::VecDeque;
 
 /// A scene that can be rendered.
 pub struct BuiltScene {
@@ -25,6 +29,10 @@ pub struct BuiltScene {
     pub scene: Scene,
     /// Where it is seen from, in render space.
     pub camera: Box<dyn Camera>,
+    /// The camera's name, if it has one.
+    pub camera_name: Option<String>,
+    /// The scene's other cameras, in their order.
+    further_views: VecDeque<View>,
     /// What records it.
     pub film: Box<dyn Film>,
     /// Where samples of a pixel go.
@@ -49,12 +57,40 @@ pub struct BuiltScene {
     pub warnings: Vec<Diagnostic>,
 }
 
+/// A camera, and what a scene knows of it.
+pub(super) struct View {
+    pub name: Option<String>,
+    pub camera: Box<dyn Camera>,
+    pub observer: Observer,
+    pub footprints: Footprints,
+}
+
+impl BuiltScene {
+    /// The names of the cameras that have not had their turn, the current one first.
+    pub fn camera_names(&self) -> impl Iterator<Item = Option<&str>> {
+        std::iter::once(self.camera_name.as_deref()).chain(self.further_views.iter().map(|v| v.name.as_deref()))
+    }
+
+    /// Looks through the next camera of the scene in place of the current one; false if there is none.
+    pub fn next_camera(&mut self) -> bool {
+        let Some(view) = self.further_views.pop_front() else { return false };
+        let View { name, camera, observer, footprints } = view;
+        self.camera = camera;
+        self.camera_name = name;
+        self.scene.camera = observer;
+        self.scene.footprints = footprints;
+        true
+    }
+}
+
 /// What was loaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoadCounters {
     /// Shapes.
     pub shapes: u64,
-    /// Triangles, the dropped ones not counted.
+    /// Places where objects stand.
+    pub instances: u64,
+    /// Triangles, those of an object once, the dropped ones not counted.
     pub triangles: u64,
     /// Triangles without area, which were dropped.
     pub zero_area_triangles: u64,
@@ -73,8 +109,8 @@ pub fn build(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     let hash = hash(sources);
-    let camera_given = description.camera.is_some();
-    let mut settings = Settings::take(&mut description, overrides, registry, sources);
+    let camera_given = !description.cameras.is_empty();
+    let mut settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
 
     // What the other plugins may ask for comes first: seed, film, hole.
     let context = bare_context(sources, registry.spectra());
@@ -104,11 +140,19 @@ pub fn build(
     }
     let filter = registry.create::<dyn Filter>(&settings.filter, context, &mut found);
     let transport = registry.create::<dyn LightTransport>(&settings.transport, context, &mut found);
+    let (shapes, objects) = build_shapes(&mut description, registry, context, &mut found);
     let parts = Parts {
         integrator: build_integrator(&settings.integrator, registry, context, &mut found),
         intersector: find_intersector(&intersector, registry, context, &mut found),
-        camera: create::<dyn Camera>(&settings.camera, registry, context, &mut found),
-        camera_span: camera_given.then_some(settings.camera.name.span),
+        cameras: settings
+            .cameras
+            .iter()
+            .map(|c| PartCamera {
+                name: c.name.as_ref().map(|n| n.value.clone()),
+                span: camera_given.then_some(c.entity.name.span),
+                camera: create::<dyn Camera>(&c.entity, registry, context, &mut found),
+            })
+            .collect(),
         lambda_range: context.lambda_range,
         materials: create_all::<dyn Material>(description.materials.iter().map(|m| &m.entity), registry, context, &mut found),
         default_material: create::<dyn Material>(&settings.material, registry, context, &mut found),
@@ -120,18 +164,26 @@ pub fn build(
         ),
         lights: description.lights.iter().map(|e| (e.name.span, create::<dyn Light>(e, registry, context, &mut found))).collect(),
         aims_at_lights: transport.as_ref().is_none_or(|t| t.samples_lights()),
-        shapes: build_shapes(std::mem::take(&mut description.shapes), registry, context, &mut found),
+        shapes,
+        objects,
         hole,
     };
 
     // All has been checked that can be checked alone; now what it makes together.
     let assembled = assemble::assemble(parts, registry, overrides, &mut found);
+    if !crate::lang::has_errors(&found) {
+        attributes::warn_unused(&description, &mut found);
+    }
     in_order(&mut found);
+    // What `Attribute` states wrongly is found again with every directive that takes it.
+    found.dedup();
     let failed = crate::lang::has_errors(&found);
     match (assembled, film, filter, sampler, transport) {
         (Some(a), Some(film), Some(filter), Some(sampler), Some(transport)) if !failed => Ok(BuiltScene {
             scene: a.scene,
-            camera: a.camera,
+            camera: a.view.camera,
+            camera_name: a.view.name,
+            further_views: a.further_views,
             film,
             filter,
             sampler,
@@ -150,7 +202,12 @@ pub fn build(
 }
 
 /// Makes a plugin under the transform of its directive.
-fn create<T: Kind + ?Sized>(e: &Entity, registry: &Registry, context: Context, found: &mut Vec<Diagnostic>) -> Option<Box<T>> {
+pub(super) fn create<T: Kind + ?Sized>(
+    e: &Entity,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Box<T>> {
     registry.create::<T>(e, Context { world_from_object: e.world_from_object, ..context }, found)
 }
 
@@ -164,7 +221,7 @@ fn create_all<'e, T: Kind + ?Sized>(
 }
 
 /// The seed, and the name of the intersector.
-fn build_options(
+pub(super) fn build_options(
     options: &[Param],
     registry: &Registry,
     context: Context,
@@ -201,7 +258,7 @@ fn find_intersector(
 const PBRT_INTEGRATORS: &[&str] =
     &["ambientocclusion", "bdpt", "lightpath", "mlt", "path", "randomwalk", "simplepath", "simplevolpath", "sppm", "volpath"];
 
-fn build_integrator(
+pub(super) fn build_integrator(
     entity: &Entity,
     registry: &Registry,
     context: Context,
@@ -221,22 +278,29 @@ fn build_integrator(
     Some((name.to_owned(), registry.create::<dyn Integrator>(entity, context, found)?))
 }
 
-fn build_shapes(shapes: Vec<ShapeEntity>, registry: &Registry, context: Context, found: &mut Vec<Diagnostic>) -> Vec<Part> {
+/// What stands in the scene, and the objects with their instances.
+fn build_shapes(
+    description: &mut SceneDescription,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> (Vec<Part>, Vec<ObjectPart>) {
+    let shapes = std::mem::take(&mut description.shapes);
+    let mut objects = instances::places(description.objects.len(), &description.instances);
     let mut parts = Vec::with_capacity(shapes.len());
     // Each shape's parameters, which may be a large mesh, are let go before the next one is made.
-    for (index, shape) in shapes.into_iter().enumerate() {
+    for (index, shape) in (0u32..).zip(shapes) {
         let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
-        if let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) {
-            parts.push(Part {
-                geometry: made.into_geometry(),
-                span: shape.entity.name.span,
-                index: index as u32,
-                material: shape.material,
-                area_light: shape.area_light,
-            });
+        let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) else { continue };
+        let surfaces = made.into_geometry();
+        if let Some(object) = shape.object.and_then(|o| objects.get_mut(o)) {
+            parts.extend(instances::add_shape(object, &shape, index, surfaces, registry, context, found));
+            continue;
         }
+        let (span, material, area_light) = (shape.entity.name.span, shape.material, shape.area_light);
+        parts.extend(surfaces.into_iter().map(|geometry| Part { geometry, span, index, material, area_light }));
     }
-    parts
+    (parts, objects)
 }
 
 /// Puts findings into the order of the text, those without a place last.

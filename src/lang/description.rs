@@ -1,16 +1,19 @@
 //! A scene as plain data: what is to be built, with transforms and attributes resolved and no plugin made yet.
 
+use crate::lang::attributes::{AttributeParam, Defaults};
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::value::Param;
 use glam::DAffine3;
 
 /// A plugin to be made: its name, its parameters, and the place they come from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Entity {
     /// Name of the plugin.
     pub name: Spanned<String>,
     /// Its parameters.
     pub params: Vec<Param>,
+    /// Parameters that `Attribute` states for it, where it does not state them itself.
+    pub defaults: Defaults,
     /// The whole directive.
     pub span: Span,
     /// The directive's first word.
@@ -21,8 +24,17 @@ pub struct Entity {
     pub world_from_object: DAffine3,
 }
 
+/// A camera, with its name if it has one.
+#[derive(Clone, Debug)]
+pub struct CameraEntity {
+    /// What to make.
+    pub entity: Entity,
+    /// The name that its parameter `name` gives it.
+    pub name: Option<Spanned<String>>,
+}
+
 /// A material, with its name if it has one.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct MaterialEntity {
     /// What to make.
     pub entity: Entity,
@@ -33,7 +45,7 @@ pub struct MaterialEntity {
 }
 
 /// An area light.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct AreaLightEntity {
     /// What to make.
     pub entity: Entity,
@@ -42,7 +54,7 @@ pub struct AreaLightEntity {
 }
 
 /// A shape with what it is made of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ShapeEntity {
     /// What to make.
     pub entity: Entity,
@@ -52,17 +64,39 @@ pub struct ShapeEntity {
     pub material: Option<usize>,
     /// Index of its area light.
     pub area_light: Option<usize>,
+    /// Index of the object that it is a part of; `None` for what stands in the scene itself.
+    pub object: Option<usize>,
+}
+
+/// Shapes that are kept once and stand in many places.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectEntity {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Whether it stands anywhere.
+    pub used: bool,
+}
+
+/// A place where an object stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InstanceEntity {
+    /// Index of the object; `None` if there is none of that name.
+    pub object: Option<usize>,
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Takes what was world space where the object was defined to world space.
+    pub world_from_object: DAffine3,
 }
 
 /// All of a scene.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
     /// How light travels.
     pub integrator: Option<Entity>,
     /// How light is gathered.
     pub transport: Option<Entity>,
-    /// The camera.
-    pub camera: Option<Entity>,
+    /// The cameras, in the order of the scene.
+    pub cameras: Vec<CameraEntity>,
     /// The film.
     pub film: Option<Entity>,
     /// The sampler.
@@ -71,6 +105,8 @@ pub struct SceneDescription {
     pub filter: Option<Entity>,
     /// The parameters of all `Option` directives, together.
     pub options: Vec<Param>,
+    /// What `Attribute` states, all together.
+    pub attributes: Vec<AttributeParam>,
     /// The black hole.
     pub black_hole: Option<Entity>,
     /// Materials in the order of the scene.
@@ -79,8 +115,12 @@ pub struct SceneDescription {
     pub area_lights: Vec<AreaLightEntity>,
     /// Lights that are not surfaces.
     pub lights: Vec<Entity>,
-    /// Shapes in the order of the scene.
+    /// Shapes in the order of the scene, those of objects among them.
     pub shapes: Vec<ShapeEntity>,
+    /// Objects in the order of the scene.
+    pub objects: Vec<ObjectEntity>,
+    /// Where they stand, in the order of the scene.
+    pub instances: Vec<InstanceEntity>,
     /// Whether an included file could not be read, so that what is missing here may be in there.
     pub incomplete: bool,
 }

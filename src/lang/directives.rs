@@ -1,6 +1,7 @@
 //! The directives of the language: one row each, with what it takes, where it may stand, and the function that runs it.
 
-use crate::lang::description::{AreaLightEntity, MaterialEntity, ShapeEntity};
+use crate::lang::attributes::Target;
+use crate::lang::description::{AreaLightEntity, Entity, MaterialEntity, ShapeEntity};
 use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, CurrentMaterial, MAX_ATTRIBUTE_DEPTH, Resolver};
 use crate::lang::transform::{self, NotAffine};
@@ -49,10 +50,12 @@ const fn row(keyword: &'static str, section: Section, takes: Takes, run: fn(&mut
 /// All directives, by name.
 pub(crate) const DIRECTIVES: &[Row] = &[
     row("AreaLightSource", Section::World, Takes::NameAndParams, |r, c| r.area_light_source(c)),
+    row("Attribute", Section::Both, Takes::NameAndParams, |r, c| r.attribute(c)),
     row("AttributeBegin", Section::World, Takes::Nothing, |r, c| r.attribute_begin(c)),
     row("AttributeEnd", Section::World, Takes::Nothing, |r, c| r.attribute_end(c)),
     row("BlackHole", Section::World, Takes::NameAndParams, |r, c| r.black_hole(c)),
     row("Camera", Section::Options, Takes::NameAndParams, |r, c| r.camera(c)),
+    row("ColorSpace", Section::Both, Takes::Name, |r, c| r.color_space(c)),
     row("ConcatTransform", Section::Both, Takes::Numbers(16), |r, c| r.concat_transform(c)),
     row("CoordSysTransform", Section::Both, Takes::Name, |r, c| r.coord_sys_transform(c)),
     row("CoordinateSystem", Section::Both, Takes::Name, |r, c| r.coordinate_system(c)),
@@ -66,6 +69,9 @@ pub(crate) const DIRECTIVES: &[Row] = &[
     row("MakeNamedMaterial", Section::World, Takes::NameAndParams, |r, c| r.make_named_material(c)),
     row("Material", Section::World, Takes::NameAndParams, |r, c| r.material(c)),
     row("NamedMaterial", Section::World, Takes::Name, |r, c| r.named_material(c)),
+    row("ObjectBegin", Section::World, Takes::Name, |r, c| r.object_begin(c)),
+    row("ObjectEnd", Section::World, Takes::Nothing, |r, c| r.object_end(c)),
+    row("ObjectInstance", Section::World, Takes::Name, |r, c| r.object_instance(c)),
     row("Option", Section::Options, Takes::Params, |r, c| r.option(c)),
     row("PixelFilter", Section::Options, Takes::NameAndParams, |r, c| r.pixel_filter(c)),
     row("ReverseOrientation", Section::World, Takes::Nothing, |r, c| r.reverse_orientation(c)),
@@ -82,14 +88,9 @@ pub(crate) const DIRECTIVES: &[Row] = &[
 const ABSENT: &[(&str, &str)] = &[
     ("Accelerator", "remove it; Option \"string intersector\" chooses what finds surfaces"),
     ("ActiveTransform", "remove it; nothing moves during the exposure"),
-    ("Attribute", "give the parameters to each directive that needs them"),
-    ("ColorSpace", "remove it; rgb values are linear sRGB"),
     ("Import", "write `Include`"),
     ("MakeNamedMedium", "remove it; there are no media"),
     ("MediumInterface", "remove it; there are no media"),
-    ("ObjectBegin", "write the shapes out where they stand, or `Include` a file with them several times"),
-    ("ObjectEnd", "remove it together with `ObjectBegin`"),
-    ("ObjectInstance", "`Include` a file with the shapes in place of it"),
     ("Texture", "use a plain value in place of the texture"),
     ("TransformBegin", "write `AttributeBegin`"),
     ("TransformEnd", "write `AttributeEnd`"),
@@ -111,8 +112,10 @@ pub(crate) fn absent(keyword: &str) -> Option<&'static str> {
 pub(crate) fn example_name(keyword: &str) -> &'static str {
     match keyword {
         "AreaLightSource" | "Material" => "diffuse",
+        "Attribute" => "shape",
         "BlackHole" => "schwarzschild",
         "Camera" => "perspective",
+        "ColorSpace" => "srgb",
         "Film" => "rgb",
         "Include" => "file.bhs",
         "Integrator" => "straight",
@@ -163,11 +166,17 @@ impl Resolver<'_> {
         self.scene.options.extend(call.params);
     }
 
-    pub(crate) fn camera(&mut self, call: Call) {
-        // pbrt: the current transform takes world space to camera space, and "camera" names the way back.
-        let world_from_camera = self.state.ctm.inverse();
-        self.systems.insert("camera".into(), world_from_camera);
-        self.set_once(|s| &mut s.camera, "a camera", call.entity(world_from_camera));
+    pub(crate) fn color_space(&mut self, call: Call) {
+        let name = call.name.value.as_str();
+        if name == "srgb" {
+            return;
+        }
+        let help = "convert the colours to linear sRGB, which is what `rgb` means without `ColorSpace`";
+        let message = match name {
+            "aces2065-1" | "dci-p3" | "rec2020" => format!("the colour space `{name}` is not supported"),
+            _ => format!("unknown colour space `{}`", shorten(name)),
+        };
+        self.error("unsupported", message, call.name.span, "there is srgb alone", help);
     }
 
     pub(crate) fn film(&mut self, call: Call) {
@@ -291,6 +300,15 @@ impl Resolver<'_> {
             self.too_deep -= 1;
             return;
         }
+        if let Some((_, begin, _)) = self.object.filter(|(_, _, depth)| depth + 1 == self.stack.len()) {
+            self.found.push(
+                Diagnostic::error("stray", "this `AttributeEnd` ends nothing within its object")
+                    .at(call.keyword, "")
+                    .and(begin, "the object begins here")
+                    .help("remove it, or end the object with `ObjectEnd` before it"),
+            );
+            return;
+        }
         match self.stack.pop() {
             Some((state, _)) => self.state = state,
             None => self.error("stray", "this `AttributeEnd` ends nothing", call.keyword, "", "remove it"),
@@ -301,8 +319,13 @@ impl Resolver<'_> {
         self.state.reverse_orientation = !self.state.reverse_orientation;
     }
 
+    /// The plugin that `call` describes, under the current transform, with the defaults that `Attribute` has stated.
+    fn entity_with_defaults(&self, call: Call, target: Target) -> Entity {
+        Entity { defaults: self.state.attributes.of(target), ..call.entity(self.state.ctm) }
+    }
+
     pub(crate) fn material(&mut self, call: Call) {
-        let entity = call.entity(self.state.ctm);
+        let entity = self.entity_with_defaults(call, Target::Material);
         self.state.material = CurrentMaterial::Index(self.scene.materials.len());
         self.scene.materials.push(MaterialEntity { entity, name: None, used: false });
     }
@@ -337,7 +360,7 @@ impl Resolver<'_> {
             return;
         }
         self.named.insert(name.value.clone(), self.scene.materials.len());
-        let entity = call.entity(self.state.ctm);
+        let entity = self.entity_with_defaults(call, Target::Material);
         self.scene.materials.push(MaterialEntity { entity, name: Some(name), used: false });
     }
 
@@ -346,13 +369,14 @@ impl Resolver<'_> {
     }
 
     pub(crate) fn area_light_source(&mut self, call: Call) {
-        let entity = call.entity(self.state.ctm);
+        let entity = self.entity_with_defaults(call, Target::Light);
         self.state.area_light = Some(self.scene.area_lights.len());
         self.scene.area_lights.push(AreaLightEntity { entity, used: false });
     }
 
     pub(crate) fn light_source(&mut self, call: Call) {
-        let entity = call.entity(self.state.ctm);
+        self.not_of_the_object(call.keyword, "a light");
+        let entity = self.entity_with_defaults(call, Target::Light);
         self.scene.lights.push(entity);
     }
 
@@ -365,15 +389,29 @@ impl Resolver<'_> {
                 None
             }
         };
+        let mut area_light = self.state.area_light;
+        if let (Some(light), Some(object)) = (area_light, self.open_object()) {
+            // As pbrt-v4.
+            self.scene.area_lights[light].used = true;
+            area_light = None;
+            self.found.push(
+                Diagnostic::warning("light-in-object", "area lights do not shine in objects")
+                    .at(call.keyword, "this shape is made without light")
+                    .and(object, "the object begins here")
+                    .help("write the shape out where it stands"),
+            );
+        }
         self.scene.shapes.push(ShapeEntity {
-            entity: call.entity(self.state.ctm),
+            entity: self.entity_with_defaults(call, Target::Shape),
             reverse_orientation: self.state.reverse_orientation,
             material,
-            area_light: self.state.area_light,
+            area_light,
+            object: self.object.map(|(object, ..)| object),
         });
     }
 
     pub(crate) fn black_hole(&mut self, call: Call) {
+        self.not_of_the_object(call.keyword, "a black hole");
         let entity = call.entity(self.state.ctm);
         self.set_once(|s| &mut s.black_hole, "a black hole", entity);
     }

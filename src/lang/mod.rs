@@ -6,14 +6,21 @@
 //!    data that knows no plugin;
 //! 4. [`build`](mod@build) makes the plugins and joins them to a [`build::BuiltScene`].
 //!
+//! [`format`](mod@format) prints a scene's directives again.
+//!
 //! Every step yields its result *and* all faults that it found, with their places in the text.
 
 mod assemble;
 pub mod ast;
+pub mod attributes;
 pub mod build;
 pub mod description;
 mod directives;
+pub mod format;
 mod hole;
+mod instances;
+mod method;
+mod objects;
 pub mod overrides;
 pub mod parse;
 pub mod resolve;
@@ -21,9 +28,12 @@ pub mod source;
 #[cfg(test)]
 mod tests;
 pub mod transform;
+mod views;
 
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
+pub use format::format;
+pub use method::{Method, load_method};
 pub use overrides::Overrides;
 pub use source::SourceMap;
 

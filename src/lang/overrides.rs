@@ -3,10 +3,11 @@
 //! Flags become text of their own in the source map, so that what is wrong with them is reported like what is wrong with a
 //! scene, with the flag underlined.
 
-use crate::lang::description::{Entity, SceneDescription};
+use crate::lang::attributes::Defaults;
+use crate::lang::description::{CameraEntity, Entity, SceneDescription};
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry};
-use bhs_core::diagnostics::{Span, Spanned};
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use bhs_core::integrator::Integrator;
 use bhs_core::layer::Layer;
 use bhs_core::transport::LightTransport;
@@ -25,6 +26,8 @@ pub struct Overrides {
     pub integrator: Option<String>,
     /// Name of the light transport; parameters likewise.
     pub transport: Option<String>,
+    /// Name of the one camera to look through, if not all.
+    pub camera: Option<String>,
     /// Name of the intersector.
     pub intersector: Option<String>,
     /// Samples a pixel.
@@ -112,6 +115,7 @@ fn entity(name: &str, span: Span) -> Entity {
     Entity {
         name: Spanned::new(name.to_owned(), span),
         params: Vec::new(),
+        defaults: Defaults::default(),
         span,
         keyword: span,
         faulty: false,
@@ -123,7 +127,8 @@ fn entity(name: &str, span: Span) -> Entity {
 pub(crate) struct Settings {
     pub integrator: Entity,
     pub transport: Entity,
-    pub camera: Entity,
+    /// At least one.
+    pub cameras: Vec<CameraEntity>,
     pub film: Entity,
     pub sampler: Entity,
     pub filter: Entity,
@@ -136,8 +141,15 @@ pub(crate) struct Settings {
 
 impl Settings {
     /// Takes the options of a scene and joins them with the command line's and the defaults.
-    pub fn take(scene: &mut SceneDescription, overrides: &Overrides, registry: &Registry, sources: &mut SourceMap) -> Self {
+    pub fn take(
+        scene: &mut SceneDescription,
+        overrides: &Overrides,
+        registry: &Registry,
+        sources: &mut SourceMap,
+        found: &mut Vec<Diagnostic>,
+    ) -> Self {
         let mut flags = Flags::new(sources);
+        found.extend(overrides.choose_camera(&mut scene.cameras, &mut flags));
         overrides.replace_plugins(scene, registry, &mut flags);
         let quick = if overrides.quick { flags.word("--quick") } else { Span::default() };
         // Defaults come after the flags in the text, but flags may add to them.
@@ -149,7 +161,12 @@ impl Settings {
         let mut settings = Self {
             integrator: or_default(scene.integrator.take(), "Integrator", bent),
             transport: or_default(scene.transport.take(), "LightTransport", "path"),
-            camera: or_default(scene.camera.take(), "Camera", "perspective"),
+            cameras: match std::mem::take(&mut scene.cameras) {
+                none if none.is_empty() => {
+                    vec![CameraEntity { entity: or_default(None, "Camera", "perspective"), name: None }]
+                }
+                some => some,
+            },
             film: or_default(scene.film.take(), "Film", "rgb"),
             sampler: or_default(scene.sampler.take(), "Sampler", "sobol"),
             filter: or_default(scene.filter.take(), "PixelFilter", "box"),
@@ -165,6 +182,24 @@ impl Settings {
 }
 
 impl Overrides {
+    /// Leaves the camera that is asked for; an error if there is none of that name.
+    fn choose_camera(&self, cameras: &mut Vec<CameraEntity>, flags: &mut Flags) -> Option<Diagnostic> {
+        let wanted = self.camera.as_ref()?;
+        let span = flags.flag("--camera", wanted);
+        let is_named = |c: &CameraEntity| c.name.as_ref().is_some_and(|n| n.value == *wanted);
+        if cameras.iter().any(is_named) {
+            cameras.retain(is_named);
+            return None;
+        }
+        let names: Vec<&str> = cameras.iter().filter_map(|c| Some(c.name.as_ref()?.value.as_str())).collect();
+        let help = match did_you_mean(wanted, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if names.is_empty() => "no camera of the scene has a name; \"string name\" gives it one".to_owned(),
+            None => format!("there is {}", names.join(", ")),
+        };
+        Some(Diagnostic::error("unknown-camera", format!("the scene has no camera `{wanted}`")).at(span, "").help(help))
+    }
+
     fn replace_plugins(&self, scene: &mut SceneDescription, registry: &Registry, flags: &mut Flags) {
         if let Some(name) = &self.integrator {
             replace::<dyn Integrator>(&mut scene.integrator, name, flags.flag("--integrator", name), registry);

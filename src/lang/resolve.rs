@@ -3,6 +3,7 @@
 //! A machine with pbrt's graphics state; it knows no plugin.
 
 use crate::lang::ast::Directive;
+use crate::lang::attributes::{Attributes, Defaults};
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::directives::{self, Row, Section, Takes};
 use crate::lang::parse::{Directives, shorten};
@@ -28,8 +29,11 @@ pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Dia
             reverse_orientation: false,
             material: CurrentMaterial::Default,
             area_light: None,
+            attributes: Attributes::default(),
         },
         stack: Vec::new(),
+        objects: BTreeMap::new(),
+        object: None,
         too_deep: 0,
         too_early: Vec::new(),
         systems: BTreeMap::new(),
@@ -62,7 +66,7 @@ impl Call {
 
     pub(super) fn entity(self, world_from_object: DAffine3) -> Entity {
         let Call { keyword, span, name, params, faulty, .. } = self;
-        Entity { name, params, span, keyword, faulty, world_from_object }
+        Entity { name, params, defaults: Defaults::default(), span, keyword, faulty, world_from_object }
     }
 }
 
@@ -81,6 +85,7 @@ pub(super) struct State {
     pub(super) reverse_orientation: bool,
     pub(super) material: CurrentMaterial,
     pub(super) area_light: Option<usize>,
+    pub(super) attributes: Attributes,
 }
 
 /// The machine that runs directives.
@@ -90,6 +95,10 @@ pub(crate) struct Resolver<'s> {
     pub(super) scene: SceneDescription,
     pub(super) state: State,
     pub(super) stack: Vec<(State, Span)>,
+    /// Index of each object.
+    pub(super) objects: BTreeMap<String, usize>,
+    /// The object that is being defined: its index, where it begins, and the height of the stack there.
+    pub(super) object: Option<(usize, Span, usize)>,
     /// `AttributeBegin`s beyond the greatest depth, which save nothing.
     pub(super) too_deep: usize,
     /// Directives of the world before it begins.
@@ -235,6 +244,10 @@ impl Resolver<'_> {
 
     /// What must hold at the end of the scene.
     fn finish(&mut self, file: u16) {
+        if let Some((_, begin, depth)) = self.object.take() {
+            self.stack.remove(depth);
+            self.error("unclosed-object", "this `ObjectBegin` is never ended", begin, "", "add `ObjectEnd`");
+        }
         for (_, begin) in std::mem::take(&mut self.stack) {
             let help = "add `AttributeEnd`";
             self.error("unclosed-attribute", "this `AttributeBegin` is never ended", begin, "", help);
@@ -269,6 +282,7 @@ impl Resolver<'_> {
                 self.scene.area_lights[light].used = true;
             }
         }
+        self.finish_objects();
         self.warn_unused();
     }
 

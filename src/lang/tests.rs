@@ -58,7 +58,7 @@ fn the_world_begins_with_the_identity_and_knows_its_camera() {
         CoordSysTransform \"camera\" Shape \"sphere\"  CoordSysTransform \"world\" Shape \"sphere\"";
     let (scene, found) = describe(text);
     assert!(!has_errors(&found));
-    assert_near(places(scene.camera.as_ref().unwrap())[1], [1.0, 2.0, -2.0]);
+    assert_near(places(&scene.cameras[0].entity)[1], [1.0, 2.0, -2.0]);
     assert_near(places(&scene.shapes[0].entity)[1], [1.0, 2.0, 3.0]);
     assert_near(places(&scene.shapes[1].entity)[0], [0.0, 0.0, -5.0]);
     assert_near(places(&scene.shapes[2].entity)[0], [0.0, 0.0, 0.0]);
@@ -68,7 +68,7 @@ fn the_world_begins_with_the_identity_and_knows_its_camera() {
 fn a_mirrored_camera_is_pbrts() {
     // `Scale -1 1 1` before `LookAt`: right-handed data seen the right way round.
     let (scene, _) = describe("Scale -1 1 1 LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\" WorldBegin");
-    let camera = scene.camera.unwrap().world_from_object;
+    let camera = scene.cameras[0].entity.world_from_object;
     assert_near(camera.transform_vector3(DVec3::X), [1.0, 0.0, 0.0]);
     assert_near(camera.transform_vector3(DVec3::Z), [0.0, 0.0, -1.0]);
 }
@@ -89,6 +89,69 @@ fn attributes_are_restored_and_names_are_resolved_at_the_end() {
     let seen: Vec<_> = s.iter().map(|s| (s.reverse_orientation, s.material, s.area_light)).collect();
     assert_eq!(seen, [(true, Some(1), Some(0)), (false, Some(0), Some(0)), (true, Some(1), Some(0)), (false, None, None)]);
     assert_near(places(&s[3].entity)[0], [0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn attribute_states_defaults() {
+    let scene = built(
+        "Attribute \"light\" \"float L\" 3
+         WorldBegin
+         AttributeBegin
+           Attribute \"shape\" \"float radius\" 2 \"float zmax\" 1
+           Attribute \"shape\" \"float radius\" 4
+           Shape \"sphere\" \"float zmax\" 9
+           Shape \"sphere\" \"float radius\" 3
+         AttributeEnd
+         LightSource \"infinite\"
+         Shape \"sphere\"",
+    );
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let tops: Vec<f64> = scene.scene.world.geometries.iter().map(|g| g.bounds().max.z).collect();
+    // An ellipsoid may be bounded with a little room.
+    for (top, right) in tops.iter().zip([4.0, 1.0, 1.0]) {
+        assert!((top - right).abs() < 1e-3 * right, "{tops:?}");
+    }
+    let wide: Vec<f64> = scene.scene.world.geometries.iter().map(|g| g.bounds().max.x).collect();
+    assert!(wide.iter().zip([4.0, 3.0, 1.0]).all(|(w, r)| (w - r).abs() < 1e-3 * r), "{wide:?}");
+    let power = |text: &str| f64::from(built(text).scene.lights[0].power(360.0, 830.0));
+    let (given, plain) = (
+        power("Attribute \"light\" \"float scale\" 3 WorldBegin LightSource \"point\""),
+        power("WorldBegin LightSource \"point\""),
+    );
+    assert!((given / plain - 3.0).abs() < 1e-5, "{given} {plain}");
+}
+
+#[test]
+fn a_default_that_nobody_knows_is_a_warning_and_one_of_a_wrong_type_an_error() {
+    let codes = |text: &str| {
+        match build_with(text, &Overrides::default()) {
+            Ok(scene) => scene.warnings,
+            Err(found) => found,
+        }
+        .iter()
+        .map(|d| d.code)
+        .collect::<Vec<_>>()
+    };
+    let world = "WorldBegin LightSource \"infinite\" Translate 0 0 3";
+    assert_eq!(codes(&format!("{world} Attribute \"shape\" \"float raduis\" 2 Shape \"sphere\"")), ["unused-attribute"]);
+    assert_eq!(codes(&format!("{world} Attribute \"shape\" \"string radius\" \"2\" Shape \"sphere\"")), ["wrong-type"]);
+    assert_eq!(codes(&format!("{world} Attribute \"shape\" \"float radius\" 2 Shape \"spheer\"")), ["unknown-plugin"]);
+}
+
+#[test]
+fn cameras_have_their_turn() {
+    let text = "Camera \"perspective\" \"string name\" \"a\" Translate 0 0 5 Camera \"perspective\" \"string name\" \"b\" \"float fov\" 5
+        WorldBegin LightSource \"infinite\" Translate 0 0 3 Shape \"sphere\"";
+    let mut scene = built(text);
+    assert_eq!(scene.camera_names().collect::<Vec<_>>(), [Some("a"), Some("b")]);
+    let near = scene.scene.footprints.camera;
+    assert!(scene.next_camera());
+    assert_near(scene.camera.position(), [0.0, 0.0, -5.0]);
+    assert_eq!((scene.camera_name.clone().as_deref(), scene.next_camera()), (Some("b"), false));
+    assert!(scene.scene.footprints.camera < near / 2.0);
+    let chosen = build_with(text, &Overrides { camera: Some("b".into()), ..Default::default() }).ok().unwrap();
+    assert_near(chosen.camera.position(), [0.0, 0.0, -5.0]);
+    assert_eq!(chosen.scene.footprints.camera, scene.scene.footprints.camera);
 }
 
 #[test]
@@ -178,6 +241,7 @@ fn flags_win_over_the_scene() {
     assert_eq!((quick.film.resolution(), quick.sampler.samples_per_pixel()), ([256, 128], 16));
     let overrides = Overrides {
         integrator: Some("straight".into()),
+        camera: None,
         transport: Some("hemisphere".into()),
         intersector: Some("reference".into()),
         spp: Some(5),

@@ -4,6 +4,7 @@
 //! all cells of its box that its plane passes), and every cell gets the largest cube of free cells around it. The answer is
 //! a lower bound by construction: a surface is never nearer than it says.
 
+use crate::clearance_instances::Objects;
 use crate::geometry::{Aabb, Geometry, TriangleMesh};
 use glam::{DVec3, UVec3};
 
@@ -33,12 +34,20 @@ const MARGIN: f64 = 1e-3;
 impl Clearance {
     /// The free space around `geometries`, whose box is `bounds`; `None` where there is nothing, or nothing to gain.
     pub fn new(geometries: &[Geometry], bounds: &Aabb) -> Option<Self> {
+        let mut grid = Self::marked(geometries, bounds, CELLS)??;
+        grid.spread();
+        Some(grid)
+    }
+
+    /// The grid, of so many cells along the longest side of the box, with the cells marked that surfaces may touch. `Some(None)` if
+    /// there is nothing that could be divided, `None` if too many cells had to be looked at.
+    pub(crate) fn marked(geometries: &[Geometry], bounds: &Aabb, cells: f64) -> Option<Option<Self>> {
         if bounds.is_empty() {
-            return None;
+            return Some(None);
         }
-        let cell = (bounds.max - bounds.min).max_element() / CELLS;
+        let cell = (bounds.max - bounds.min).max_element() / cells;
         if !(cell > 0.0 && cell.recip().is_finite()) {
-            return None;
+            return Some(None);
         }
         // One cell more on each side, so that surfaces on the boundary lie within the grid.
         let min = bounds.min - cell;
@@ -46,6 +55,7 @@ impl Clearance {
         let bounds = Aabb { min, max: min + size.as_dvec3() * cell };
         let count = size.x as usize * size.y as usize * size.z as usize;
         let mut grid = Self { min, bounds, cell, per_cell: cell.recip(), size, cells: size.as_dvec3(), steps: vec![u8::MAX; count] };
+        let mut objects = Objects::new(geometries);
         let mut visits = 0;
         for geometry in geometries {
             match geometry {
@@ -61,10 +71,30 @@ impl Clearance {
                     let bounds = surface.bounds();
                     grid.mark(&bounds, |middle, half| surface.may_pass(middle, half));
                 }
+                Geometry::Instance(instance) => {
+                    for filled in objects.boxes(instance, cell)? {
+                        visits += grid.mark(&filled, |_, _| true);
+                        if visits > MOST_VISITS {
+                            return None;
+                        }
+                    }
+                }
             }
         }
-        grid.spread();
-        Some(grid)
+        Some(Some(grid))
+    }
+
+    /// Side of a cell (scene units).
+    pub(crate) fn cell(&self) -> f64 {
+        self.cell
+    }
+
+    /// The middles of the marked cells.
+    pub(crate) fn marked_cells(&self) -> impl Iterator<Item = DVec3> + '_ {
+        let [nx, ny, _] = self.size.to_array().map(|n| n as usize);
+        let middle = move |i: usize| DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64) + 0.5;
+        let marked = (0..self.steps.len()).filter(|i| self.steps[*i] == 0);
+        marked.map(move |i| self.min + middle(i) * self.cell)
     }
 
     /// A distance (scene units) from `point`, in any direction, within which there is no surface; 0 where nothing is known.
@@ -166,7 +196,10 @@ impl Clearance {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::WorldMesh;
+    use crate::instance::Object;
     use crate::sampling::mix64;
+    use glam::{DAffine3, DMat3};
     use std::sync::Arc;
 
     fn random(i: u64, k: u64) -> f64 {
@@ -224,6 +257,45 @@ mod tests {
             }
             assert!(free > 20, "case {case}: {free}");
         }
+    }
+
+    #[test]
+    fn instances_take_up_what_copies_would() {
+        let positions: Vec<DVec3> = (0..60).map(|i| point(i / 3, 40) + 0.3 * point(i, 60)).collect();
+        let triangles: Vec<[u32; 3]> = (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = WorldMesh { positions, triangles, ..Default::default() };
+        let object = Arc::new(Object::new(vec![mesh], 0.2));
+        let mut geometries = Vec::new();
+        for i in 0..12 {
+            let turn = DMat3::from_axis_angle(point(i, 70).normalize(), 7.0 * random(i, 71));
+            let m = turn * DMat3::from_diagonal(DVec3::new(0.3, -0.2, 0.1) * if i == 0 { 4.0 } else { 1.0 });
+            let t = DAffine3::from_mat3_translation(m, 2.0 * point(i, 72));
+            geometries.extend(object.place(t, DVec3::new(0.1, 0.2, 0.3)).expect("in range").into_iter().map(Geometry::Instance));
+        }
+        let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
+        let grid = Clearance::new(&geometries, &bounds).expect("a grid");
+        let copies: Vec<Geometry> = geometries
+            .iter()
+            .map(|g| {
+                let positions = (0..20).flat_map(|t| g.corners(t).unwrap()).map(|p| p.as_vec3().to_array()).collect();
+                let triangles = (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+                Geometry::Mesh(Arc::new(TriangleMesh { positions, triangles, ..Default::default() }))
+            })
+            .collect();
+        let exact = Clearance::new(&copies, &bounds).expect("a grid");
+        let (mut said, mut known) = (0.0, 0.0);
+        for i in 0..4000 {
+            let p = point(i, 80) * 2.5;
+            if i < 400 {
+                let truth = copies.iter().flat_map(|g| (0..20).map(|t| distance(p, g.corners(t).unwrap())));
+                let truth = truth.fold(f64::INFINITY, f64::min);
+                assert!(grid.at(p) <= truth, "{p} is {truth} from a surface, not {}", grid.at(p));
+            }
+            said += grid.at(p);
+            known += exact.at(p);
+        }
+        // Not much is lost.
+        assert!(said > 0.85 * known, "{said} {known}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! Render space is world space moved so that the scene lies near the origin; positions are `f64` but for the vertices of
 //! meshes, which are stored (and traced) as `f32`.
 
+use crate::instance::Instance;
 use crate::sampling::uniform_triangle;
 use glam::{DVec2, DVec3, Vec2};
 use std::sync::Arc;
@@ -49,6 +50,12 @@ impl Aabb {
     /// The middle.
     pub fn center(&self) -> DVec3 {
         0.5 * (self.min + self.max)
+    }
+
+    /// Where coordinates should begin so that single precision is spent within: at 0 if the box is near it, else in its middle.
+    pub fn origin(&self) -> DVec3 {
+        let extent = (self.max - self.min).max_element();
+        if self.center().length() <= 4.0 * extent { DVec3::ZERO } else { self.center() }
     }
 
     /// The eight corners.
@@ -118,19 +125,19 @@ impl TriangleMesh {
     /// The corners of a triangle.
     #[inline]
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.triangles[triangle as usize].map(|v| DVec3::from_array(self.positions[v as usize].map(f64::from)))
+        // Spelled out: `array::map` is not inlined everywhere.
+        let corner = |v: u32| {
+            let [x, y, z] = self.positions[v as usize];
+            DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+        };
+        let [a, b, c] = self.triangles[triangle as usize];
+        [corner(a), corner(b), corner(c)]
     }
 
     /// The smallest box around the triangles.
     pub fn bounds(&self) -> Aabb {
         let positions = self.triangles.iter().flatten().map(|v| self.positions[*v as usize]);
         positions.fold(Aabb::EMPTY, |b, p| b.with_point(DVec3::from_array(p.map(f64::from))))
-    }
-
-    /// Area of a triangle, chart measure.
-    pub fn triangle_area(&self, triangle: u32) -> f64 {
-        let [a, b, c] = self.corners(triangle);
-        0.5 * (b - a).cross(c - a).length()
     }
 
     /// Normal and texture coordinates at barycentric coordinates `b` (weights of the second and third corner).
@@ -213,6 +220,8 @@ pub enum Geometry {
     Mesh(Arc<TriangleMesh>),
     /// A formula.
     Analytic(Arc<dyn Analytic>),
+    /// Triangles that other places have too.
+    Instance(Instance),
 }
 
 impl Geometry {
@@ -221,6 +230,37 @@ impl Geometry {
         match self {
             Self::Mesh(mesh) => mesh.bounds(),
             Self::Analytic(surface) => surface.bounds(),
+            Self::Instance(instance) => instance.bounds(),
+        }
+    }
+
+    /// Its triangles' number; none in an analytic surface.
+    pub fn triangle_count(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => mesh.triangles.len(),
+            Self::Analytic(_) => 0,
+            Self::Instance(instance) => instance.mesh().triangles.len(),
+        }
+    }
+
+    /// The corners of a triangle, render space; `None` for an analytic surface.
+    #[inline]
+    pub fn corners(&self, triangle: u32) -> Option<[DVec3; 3]> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh.corners(triangle)),
+            Self::Analytic(_) => None,
+            Self::Instance(instance) => Some(instance.corners(triangle)),
+        }
+    }
+
+    /// The surface around a point of it: of triangles, that with the weights `barycentric` of the second and third corner of
+    /// `triangle`.
+    #[inline]
+    pub fn surface(&self, point: DVec3, triangle: u32, barycentric: DVec2) -> SurfaceGeometry {
+        match self {
+            Self::Mesh(mesh) => mesh.surface(triangle, barycentric),
+            Self::Analytic(surface) => surface.surface(point),
+            Self::Instance(instance) => instance.surface(triangle, barycentric),
         }
     }
 }
@@ -281,20 +321,31 @@ impl WorldGeometry {
 
 /// A shape plugin's product; kept behind a trait so that shapes register like every other kind.
 pub trait Shape: Send + Sync {
-    /// Hands over the geometry, in world space, normals on the outer side (transform and `ReverseOrientation` applied).
-    fn into_geometry(self: Box<Self>) -> WorldGeometry;
+    /// Hands over the geometry, in world space, normals on the outer side (transform and `ReverseOrientation` applied): mostly one
+    /// surface, or several that share what they are made of.
+    fn into_geometry(self: Box<Self>) -> Vec<WorldGeometry>;
 }
 
 impl Shape for WorldGeometry {
-    fn into_geometry(self: Box<Self>) -> WorldGeometry {
+    fn into_geometry(self: Box<Self>) -> Vec<WorldGeometry> {
+        vec![*self]
+    }
+}
+
+impl Shape for Vec<WorldGeometry> {
+    fn into_geometry(self: Box<Self>) -> Vec<WorldGeometry> {
         *self
     }
 }
 
-/// A uniform point of a triangle of `mesh`: the point and its barycentric coordinates.
+/// A uniform point of a triangle, given by its corners: the point and its barycentric coordinates.
 #[inline]
-pub fn sample_triangle(mesh: &TriangleMesh, triangle: u32, u: Vec2) -> (DVec3, DVec2) {
-    let [a, b, c] = mesh.corners(triangle);
+pub fn sample_triangle([a, b, c]: [DVec3; 3], u: Vec2) -> (DVec3, DVec2) {
     let w = uniform_triangle(u).as_dvec2();
     (a + (b - a) * w.x + (c - a) * w.y, w)
+}
+
+/// Area of a triangle, given by its corners; chart measure.
+pub fn triangle_area([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
 }

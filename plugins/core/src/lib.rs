@@ -12,8 +12,10 @@
 pub mod blackhole;
 pub mod camera;
 pub mod clearance;
+mod clearance_instances;
 pub mod diagnostics;
 pub mod geometry;
+pub mod instance;
 pub mod integrator;
 pub mod intersector;
 pub mod layer;

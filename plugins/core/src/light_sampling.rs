@@ -1,7 +1,7 @@
 //! Light sampling: points of the lights, chosen by power, and what arrives from them along a geodesic.
 
 use crate::blackhole::Observer;
-use crate::geometry::{Geometry, sample_triangle};
+use crate::geometry::{Geometry, sample_triangle, triangle_area};
 use crate::integrator::Connection;
 use crate::light::{AreaLight, Emission};
 use crate::sampling::Discrete;
@@ -23,9 +23,10 @@ pub struct Emitter {
 impl Emitter {
     /// The emission `light` of `geometry`, which is number `index`.
     pub fn new(index: u32, geometry: &Geometry, light: Arc<dyn AreaLight>) -> Self {
+        let areas = (0..geometry.triangle_count() as u32).filter_map(|t| geometry.corners(t)).map(triangle_area);
         let triangles = match geometry {
-            Geometry::Mesh(mesh) => Discrete::new((0..mesh.triangles.len() as u32).map(|t| mesh.triangle_area(t))),
             Geometry::Analytic(_) => Discrete::default(),
+            _ => Discrete::new(areas),
         };
         Self { geometry: index, light, triangles }
     }
@@ -33,8 +34,8 @@ impl Emitter {
     /// Area of the surface, chart measure.
     pub fn area(&self, geometry: &Geometry) -> f64 {
         match geometry {
-            Geometry::Mesh(_) => self.triangles.total(),
             Geometry::Analytic(surface) => surface.area(),
+            _ => self.triangles.total(),
         }
     }
 }
@@ -96,15 +97,15 @@ impl Scene {
             }
             Some(emitter) => {
                 let (point, pdf, s) = match &self.world.geometries[emitter.geometry as usize] {
-                    Geometry::Mesh(mesh) => {
-                        let (triangle, _) = emitter.triangles.sample(rest)?;
-                        let (point, b) = sample_triangle(mesh, triangle as u32, u);
-                        let s = mesh.surface(triangle as u32, b);
-                        (point, chosen / emitter.triangles.total(), (s.normal, s.uv))
-                    }
                     Geometry::Analytic(surface) => {
                         let s = surface.sample(u);
                         (s.point, chosen * s.pdf, (s.normal, s.uv))
+                    }
+                    mesh => {
+                        let (triangle, _) = emitter.triangles.sample(rest)?;
+                        let (point, b) = sample_triangle(mesh.corners(triangle as u32)?, u);
+                        let s = mesh.surface(point, triangle as u32, b);
+                        (point, chosen / emitter.triangles.total(), (s.normal, s.uv))
                     }
                 };
                 (LightSource::Surface { emitter: index as u32, normal: s.0, uv: s.1 }, point, pdf)
@@ -119,8 +120,8 @@ impl Scene {
         let Some(index) = self.shapes[vertex.hit.geometry as usize].emitter else { return 0.0 };
         let emitter = &self.emitters[index as usize];
         let within = match &self.world.geometries[emitter.geometry as usize] {
-            Geometry::Mesh(_) => 1.0 / emitter.triangles.total(),
             Geometry::Analytic(surface) => surface.pdf(vertex.hit.point),
+            _ => 1.0 / emitter.triangles.total(),
         };
         self.light_choice.probability(index as usize) * within
     }

@@ -230,6 +230,8 @@ pub struct ParamInfo {
 pub struct Params<'a> {
     owner: Spanned<String>,
     params: &'a [Param],
+    /// Stand in for what `params` does not give.
+    defaults: Vec<&'a Param>,
     context: Context<'a>,
     used: RefCell<Vec<bool>>,
     asked: RefCell<Vec<ParamInfo>>,
@@ -242,6 +244,7 @@ impl<'a> Params<'a> {
         let p = Self {
             owner,
             params,
+            defaults: Vec::new(),
             context,
             used: RefCell::new(vec![false; params.len()]),
             asked: RefCell::default(),
@@ -258,6 +261,12 @@ impl<'a> Params<'a> {
             }
         }
         p
+    }
+
+    /// Adds parameters that count where the plugin's own list does not give them, and may remain unused.
+    pub fn with_defaults(mut self, defaults: Vec<&'a Param>) -> Self {
+        self.defaults = defaults;
+        self
     }
 
     /// What the plugin may know of the scene around it.
@@ -381,7 +390,8 @@ impl<'a> Params<'a> {
 
     /// Where the parameter `name` stands: its values if the scene gives it, else the plugin's name.
     pub fn span_of(&self, name: &str) -> Span {
-        self.params.iter().find(|p| p.name.value == name).map_or(self.owner.span, |p| p.span)
+        let mut all = self.params.iter().chain(self.defaults.iter().copied());
+        all.find(|p| p.name.value == name).map_or(self.owner.span, |p| p.span)
     }
 
     /// Reports that the value of `name` does not do; `cause` stands under it.
@@ -423,7 +433,9 @@ impl<'a> Params<'a> {
     }
 
     fn find(&self, name: &str) -> Option<&'a Param> {
-        let i = self.params.iter().position(|p| p.name.value == name)?;
+        let Some(i) = self.params.iter().position(|p| p.name.value == name) else {
+            return self.defaults.iter().copied().find(|p| p.name.value == name);
+        };
         self.used.borrow_mut()[i] = true;
         // A second one of the same name has been reported already; it is not unknown.
         for (j, p) in self.params.iter().enumerate().skip(i + 1) {

@@ -20,9 +20,13 @@ pub struct Counters {
     pub leaps: u64,
     /// Geodesics that were found between pairs of points for light sampling.
     pub connections: u64,
-    /// Those of them that were searched for something in their way.
+    /// Those that were searched for something in their way.
     pub connections_searched: u64,
-    /// Those of them that something stands in the way of.
+    /// Those that no light comes along: from behind a surface, or from the back of a lamp.
+    pub connections_dark: u64,
+    /// Those that were so faint that they were left to chance, and not searched.
+    pub connections_faint: u64,
+    /// Those that were searched and that something stands in the way of.
     pub connections_blocked: u64,
     /// Questions put to the intersector along them, counted in `queries` too.
     pub connection_queries: u64,
@@ -50,6 +54,8 @@ impl AddAssign for Counters {
         self.leaps += o.leaps;
         self.connections += o.connections;
         self.connections_searched += o.connections_searched;
+        self.connections_dark += o.connections_dark;
+        self.connections_faint += o.connections_faint;
         self.connections_blocked += o.connections_blocked;
         self.connection_queries += o.connection_queries;
         self.inside_horizon += o.inside_horizon;

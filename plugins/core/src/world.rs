@@ -57,11 +57,10 @@ impl World {
     /// Refines an intersector's answer in double precision: the point of the segment on the triangle's plane, or the
     /// answer itself on an analytic surface (which is exact already).
     pub fn locate(&self, segment: &Segment, hit: &PrimitiveHit) -> Located {
-        let Geometry::Mesh(mesh) = &self.geometries[hit.geometry as usize] else {
+        let Some([a, b, c]) = self.geometries[hit.geometry as usize].corners(hit.primitive) else {
             return Located { t: hit.t, point: segment.at(hit.t), barycentric: DVec2::ZERO };
         };
         // Moeller and Trumbore 1997, with the coordinates clamped to the triangle: the intersector has decided that it is hit.
-        let [a, b, c] = mesh.corners(hit.primitive);
         let (ab, ac) = (b - a, c - a);
         let n = ab.cross(ac);
         let across = n.dot(segment.direction);
@@ -79,10 +78,7 @@ impl World {
 
     /// The surface around a hit.
     pub fn surface(&self, hit: &SurfaceHit) -> SurfaceGeometry {
-        match &self.geometries[hit.geometry as usize] {
-            Geometry::Mesh(mesh) => mesh.surface(hit.primitive, hit.barycentric),
-            Geometry::Analytic(surface) => surface.surface(hit.point),
-        }
+        self.geometries[hit.geometry as usize].surface(hit.point, hit.primitive, hit.barycentric)
     }
 
     /// A ray that leaves the surface point `hit` in the chart direction `direction`, moved off the surface far enough for
@@ -95,6 +91,7 @@ impl World {
                 let b = surface.bounds();
                 b.min.abs().max(b.max.abs()).max_element()
             }
+            Geometry::Instance(instance) => instance.magnitude(hit.primitive),
         };
         let offset = OFFSET * extent;
         let side = if direction.dot(normal) < 0.0 { -normal } else { normal };

@@ -269,15 +269,13 @@ impl<'w> Chords<'w> {
         let rounding = OVERLAP * located.point.abs().max_element();
         let near = self.near(swept, rounding);
         let hit_geometry = &self.world.geometries[hit.geometry as usize];
+        let facet = |corners| on_facet(&self.plane, step, self.rs, [&span.from, &span.to], guess, &Facet::new(corners));
         let meeting = match hit_geometry {
-            Geometry::Mesh(mesh) => {
-                let facet = Facet::new(mesh.corners(hit.primitive));
-                Some(on_facet(&self.plane, step, self.rs, [&span.from, &span.to], guess, &facet))
-            }
             Geometry::Analytic(surface) => on_surface(&self.plane, step, guess, &**surface, near, length),
+            mesh => mesh.corners(hit.primitive).map(facet),
         };
         // Of a ray that leaves a curved surface, the tangent's way back leads to where it left: no place of the ray.
-        let meeting = meeting.filter(|m| m.orbit.state.phi > self.begin || matches!(hit_geometry, Geometry::Mesh(_)));
+        let meeting = meeting.filter(|m| m.orbit.state.phi > self.begin || !matches!(hit_geometry, Geometry::Analytic(_)));
         // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
         // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep. A joint
         // must not lie on a surface that it may graze, or rounding lets the ray slip through there: hence just behind it.
@@ -312,7 +310,7 @@ impl<'w> Chords<'w> {
         hit: &PrimitiveHit,
         log: &mut TraceLog,
     ) -> Option<SurfaceHit> {
-        let Geometry::Mesh(mesh) = &self.world.geometries[hit.geometry as usize] else { return None };
+        let corners = self.world.geometries[hit.geometry as usize].corners(hit.primitive)?;
         let touched = segment.at(hit.t);
         let rounding = OVERLAP * touched.abs().max_element();
         let swept = span.to.phi - span.from.phi;
@@ -321,7 +319,7 @@ impl<'w> Chords<'w> {
         if ahead * ahead * chord.length_squared() <= rounding * rounding || ahead < 0.0 {
             return None;
         }
-        let facet = Facet::new(mesh.corners(hit.primitive));
+        let facet = Facet::new(corners);
         let met = on_facet(&self.plane, step, self.rs, [&span.from, &span.to], self.angle_of(span, touched), &facet);
         let near = self.near(swept, rounding);
         if met.beside > rounding || (met.point - touched).length_squared() > near * near {

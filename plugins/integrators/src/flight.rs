@@ -15,7 +15,8 @@ pub struct Flight<'w> {
     world: &'w World,
     /// The hole; `rs` > 0.
     pub hole: &'w BlackHole,
-    plane: OrbitPlane,
+    /// The plane of its orbit.
+    pub plane: OrbitPlane,
     ray: Ray,
     /// State of the orbit at the ray's origin.
     pub start: State,

@@ -1,7 +1,7 @@
 //! How light travels: the integrators of light rays. One file, one plugin.
 //!
 //! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`
-//! and `refine` (from steps to hits), `flight` (one ray from start to end), `connect` and `joined`
+//! and `refine` (from steps to hits), `flight` (one ray from start to end; `micro_steps` is the plain way), `connect` and `joined`
 //! (rays between two points), `double` and `polynomial` (arithmetic).
 
 pub mod chords;
@@ -12,6 +12,7 @@ mod connect_solve;
 mod double;
 pub mod flight;
 pub mod joined;
+mod micro_steps;
 pub mod orbit;
 mod polynomial;
 pub mod refine;
@@ -36,6 +37,6 @@ pub const ALL: &[Plugin<dyn Integrator>] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_solve", "double", "flight", "joined", "orbit", "polynomial",
+        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_solve", "double", "flight", "joined", "micro_steps", "orbit", "polynomial",
             "refine", "taylor"]);
 }

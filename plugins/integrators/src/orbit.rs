@@ -63,6 +63,13 @@ impl OrbitPlane {
         self.center + self.radial(s.phi) / s.u
     }
 
+    /// The angle swept at `point`, a little ahead of the place `from`, which is not the centre and at which it is `phi`, in radians.
+    pub fn angle(&self, phi: f64, from: DVec3, point: DVec3) -> f64 {
+        let (outward, p) = (from - self.center, point - self.center);
+        let ahead = self.e1.cross(self.e2).cross(outward);
+        phi + p.dot(ahead).atan2(p.dot(outward))
+    }
+
     /// The unit chart tangent of a state, along the way of the ray: proportional to `-u' e_r + u e_phi`.
     pub fn direction(&self, s: &State) -> DVec3 {
         let (sin, cos) = s.phi.sin_cos();

@@ -4,6 +4,9 @@
 //! parameter of a triangle's hit is good to some 1e-7 of the coordinates; analytic surfaces see the segment itself, in
 //! double precision. Both ends of a segment are rounded so: two chords that are to leave no gap must overlap by more.
 //!
+//! An object that stands in the scene many times is an Embree scene of its own, instanced: its triangles and their hierarchy are
+//! there once.
+//!
 //! What embree4-rs does not give: queries without asking for the device's error each time, occlusion, surfaces other than
 //! triangles, scenes that can be sent to threads. It stays as an oracle in the tests.
 //!
@@ -16,9 +19,12 @@
 use crate::single::{Room, Scale, clamp};
 use bhs_core::Plugin;
 use bhs_core::geometry::{Aabb, Analytic, Geometry, Segment, TriangleMesh};
+use bhs_core::instance::Object;
 use bhs_core::intersector::{Intersector, IntersectorBuilder, PrimitiveHit};
 use embree4_sys::*;
+use glam::DAffine3;
 use std::any::Any;
+use std::collections::HashMap;
 use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::ptr;
@@ -51,6 +57,10 @@ impl IntersectorBuilder for Embree {
 
         let device = Device::new()?;
         let mut scene = Scene { scene: Handle::scene(&device), surfaces: Vec::new(), meshes: Vec::new(), device, room };
+        let objects: HashMap<*const Object, Handle> = crate::objects(geometries)
+            .into_iter()
+            .map(|(_, object)| (Arc::as_ptr(object), Handle::object(&scene.device, object, &mut scene.meshes)))
+            .collect();
         for ((id, geometry), bounds) in (0u32..).zip(geometries).zip(boxes) {
             let Some(bounds) = bounds else { continue };
             match geometry {
@@ -63,6 +73,13 @@ impl IntersectorBuilder for Embree {
                     scene.scene.attach_surface(&scene.device, id, &surface);
                     scene.surfaces.push(surface);
                 }
+                // The other meshes of the object come with the first, numbered as here.
+                Geometry::Instance(instance) if instance.part() == 0 => {
+                    if let Some(object) = objects.get(&Arc::as_ptr(instance.object())) {
+                        scene.scene.attach_object(&scene.device, id, object, instance.render_from_own());
+                    }
+                }
+                Geometry::Instance(_) => {}
             }
         }
         scene.scene.commit();
@@ -150,6 +167,32 @@ impl Handle {
                 rtcSetSharedGeometryBuffer(geometry, RTCBufferType::INDEX, 0, RTCFormat::UINT3, data, 0, 12, triangles.len());
                 self.attach(geometry, id);
             }
+            rtcReleaseGeometry(geometry);
+        }
+    }
+
+    /// A committed scene of the meshes of an object, numbered in their order. They are added to `meshes`, to be kept.
+    fn object(device: &Device, object: &Object, meshes: &mut Vec<Arc<TriangleMesh>>) -> Self {
+        let scene = Self::scene(device);
+        for (id, mesh) in (0u32..).zip(object.meshes()) {
+            scene.attach_mesh(device, id, mesh);
+            meshes.push(mesh.clone());
+        }
+        scene.commit();
+        scene
+    }
+
+    /// Adds an object, whose meshes get the numbers from `id` on.
+    fn attach_object(&self, device: &Device, id: u32, object: &Handle, to_here: &DAffine3) {
+        let [x, y, z, w] = [to_here.x_axis, to_here.y_axis, to_here.z_axis, to_here.translation].map(|c| c.as_vec3().to_array());
+        let columns = [x, y, z, w];
+        // SAFETY: device and object are live, the object is committed; the matrix is twelve numbers, column after column, which Embree
+        // copies. The instance keeps the object's scene by counting references.
+        unsafe {
+            let geometry = rtcNewGeometry(device.handle, RTCGeometryType::INSTANCE);
+            rtcSetGeometryInstancedScene(geometry, object.0);
+            rtcSetGeometryTransform(geometry, 0, RTCFormat::FLOAT3X4_COLUMN_MAJOR, columns.as_ptr().cast());
+            self.attach(geometry, id);
             rtcReleaseGeometry(geometry);
         }
     }
@@ -260,7 +303,10 @@ impl Intersector for Scene {
         }
         // Embree's parameter is that of the nearest analytic surface exactly if no triangle is nearer.
         let t = nearest.filter(|t| scale.tfar(*t) == ray.tfar).unwrap_or_else(|| scale.t(ray.tfar));
-        Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry: hit.geomID, primitive: hit.primID })
+        // A mesh of an object has its number there, and the object that of its first mesh here.
+        let [object] = hit.instID;
+        let geometry = if object == RTC_INVALID_GEOMETRY_ID { hit.geomID } else { object + hit.geomID };
+        Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry, primitive: hit.primID })
     }
 
     fn blocked(&self, segment: &Segment) -> bool {
@@ -346,6 +392,8 @@ unsafe extern "C" fn surface_intersect(arguments: *const RTCIntersectFunctionNAr
             query.nearest = t;
             (*found).ray.tfar = query.scale.tfar(t);
             (*found).hit.geomID = arguments.geomID;
+            // A farther triangle that was found before may have been one of an object's.
+            (*found).hit.instID = [RTC_INVALID_GEOMETRY_ID];
             (*found).hit.primID = arguments.primID;
         }
     }

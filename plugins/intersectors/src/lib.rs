@@ -4,8 +4,11 @@
 //! oracle of its tests. Without the feature `embree` (on by default) the latter is all there is.
 
 use bhs_core::Plugin;
-use bhs_core::geometry::Geometry;
+use bhs_core::geometry::{Geometry, TriangleMesh};
+use bhs_core::instance::{Instance, Object};
 use bhs_core::intersector::IntersectorBuilder;
+use std::collections::HashSet;
+use std::sync::Arc;
 
 #[cfg(feature = "embree")]
 pub mod embree;
@@ -20,19 +23,50 @@ pub const ALL: &[Plugin<dyn IntersectorBuilder>] = &[
     reference::PLUGIN,
 ];
 
-/// Whether all triangles name vertices that exist: what comes after reads memory by these numbers.
+/// Whether all triangles name vertices that exist, and the meshes of an instance follow one another: what comes after reads memory
+/// by these numbers.
 fn check(geometries: &[Geometry]) -> Result<(), String> {
+    let mut before = None;
     for (number, geometry) in geometries.iter().enumerate() {
-        let Geometry::Mesh(mesh) = geometry else { continue };
-        let vertices = mesh.positions.len();
-        if u32::try_from(mesh.triangles.len()).is_err() || u32::try_from(vertices).is_err() {
-            return Err(format!("mesh {number} has more than 2^32 vertices or triangles"));
+        match geometry {
+            Geometry::Mesh(mesh) => check_mesh(number, mesh)?,
+            Geometry::Analytic(_) => {}
+            Geometry::Instance(instance) => {
+                let follows = before.is_some_and(|b: &Instance| b.stands_with(instance) && b.part() + 1 == instance.part());
+                if instance.part() != 0 && !follows {
+                    return Err(format!("geometry {number} does not follow the meshes of its object that come before it"));
+                }
+                before = Some(instance);
+                continue;
+            }
         }
-        if let Some(vertex) = mesh.triangles.iter().flatten().find(|vertex| **vertex as usize >= vertices) {
-            return Err(format!("mesh {number} uses vertex {vertex}, but has only {vertices}"));
-        }
+        before = None;
+    }
+    for (number, object) in objects(geometries) {
+        object.meshes().iter().try_for_each(|mesh| check_mesh(number, mesh))?;
     }
     Ok(())
+}
+
+fn check_mesh(number: usize, mesh: &TriangleMesh) -> Result<(), String> {
+    let vertices = mesh.positions.len();
+    if u32::try_from(mesh.triangles.len()).is_err() || u32::try_from(vertices).is_err() {
+        return Err(format!("mesh {number} has more than 2^32 vertices or triangles"));
+    }
+    match mesh.triangles.iter().flatten().find(|vertex| **vertex as usize >= vertices) {
+        Some(vertex) => Err(format!("mesh {number} uses vertex {vertex}, but has only {vertices}")),
+        None => Ok(()),
+    }
+}
+
+/// The distinct objects, each with the number of the first geometry that is an instance of it.
+fn objects(geometries: &[Geometry]) -> Vec<(usize, &Arc<Object>)> {
+    let mut seen = HashSet::new();
+    let instances = geometries.iter().enumerate().filter_map(|(i, g)| match g {
+        Geometry::Instance(instance) => Some((i, instance.object())),
+        _ => None,
+    });
+    instances.filter(|(_, object)| seen.insert(Arc::as_ptr(object))).collect()
 }
 
 #[cfg(all(test, feature = "embree"))]

@@ -1,7 +1,7 @@
 //! A plain bounding volume hierarchy in double precision, without any cleverness: the oracle that the tests hold the fast
 //! intersector against, and what is left where Embree cannot be had.
 //!
-//! Triangles are tested as in Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1): no segment
+//! Instances are taken apart: each of their triangles stands in the hierarchy, in render space. Triangles are tested as in Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1): no segment
 //! slips between two triangles that share an edge.
 //!
 //! ```bhs
@@ -64,11 +64,11 @@ impl IntersectorBuilder for Reference {
         let mut primitives = Vec::new();
         for (geometry, shape) in (0u32..).zip(geometries) {
             match shape {
-                Geometry::Mesh(mesh) => primitives.extend((0..mesh.triangles.len() as u32).map(|primitive| {
-                    let bounds = mesh.corners(primitive).into_iter().fold(Aabb::EMPTY, Aabb::with_point);
-                    Primitive { geometry, primitive, bounds }
-                })),
                 Geometry::Analytic(surface) => primitives.push(Primitive { geometry, primitive: 0, bounds: surface.bounds() }),
+                mesh => primitives.extend((0..mesh.triangle_count() as u32).map(|primitive| {
+                    let corners = mesh.corners(primitive).into_iter().flatten();
+                    Primitive { geometry, primitive, bounds: corners.fold(Aabb::EMPTY, Aabb::with_point) }
+                })),
             }
         }
         // An analytic surface may be empty, and so is the box of a triangle whose vertices are not numbers.
@@ -144,8 +144,8 @@ impl Hierarchy {
             }
             for &(geometry, primitive) in &self.primitives[node.link as usize..(node.link + node.count) as usize] {
                 let t = match &self.geometries[geometry as usize] {
-                    Geometry::Mesh(mesh) => shear.triangle(mesh.corners(primitive)),
                     Geometry::Analytic(surface) => surface.intersect(&segment),
+                    mesh => mesh.corners(primitive).and_then(|corners| shear.triangle(corners)),
                 };
                 let Some(t) = t.filter(|t| segment.t_min < *t && *t < segment.t_max) else { continue };
                 best = Some(PrimitiveHit { t, geometry, primitive });

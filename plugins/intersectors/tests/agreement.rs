@@ -3,10 +3,12 @@
 mod common;
 
 use bhs_core::geometry::{Geometry, Segment};
+use bhs_core::instance::Object;
 use bhs_core::intersector::{Intersector, PrimitiveHit};
 use common::*;
 use glam::DVec3;
 use proptest::prelude::*;
+use std::sync::Arc;
 
 /// What single precision cannot tell, in units of the scenes here, whose coordinates are about one.
 const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
@@ -65,9 +67,22 @@ fn segment(random: &mut Random) -> Segment {
     Segment { origin, direction, t_min, t_max }
 }
 
-/// A scene of several meshes and balls.
+/// An object of one or two meshes that stands in several places, mirrored or not.
+fn instances(random: &mut Random) -> Vec<Geometry> {
+    let mut meshes = vec![defined(&icosphere(2), 0.5, DVec3::ZERO)];
+    if random.unit() < 0.5 {
+        meshes.push(defined(&soup(random, 100), 1.0, random.point()));
+    }
+    let object = Arc::new(Object::new(meshes, 0.3));
+    (0..1 + (4.0 * random.unit()) as usize).flat_map(|_| place(&object, similarity(random, 0.3))).collect()
+}
+
+/// A scene of several meshes, instances and balls.
 fn scene(random: &mut Random) -> Vec<Geometry> {
     let mut geometries = Vec::new();
+    if random.unit() < 0.5 {
+        geometries.extend(instances(random));
+    }
     for _ in 0..1 + (4.0 * random.unit()) as usize {
         let triangles = 1 + (300.0 * random.unit()) as u32;
         geometries.push(match random.unit() {
@@ -175,4 +190,46 @@ fn the_nearer_of_mesh_and_surface_is_found() {
             assert_eq!((outward.geometry, inward.geometry), (u32::from(!inner), u32::from(inner)), "{direction}");
         }
     }
+}
+
+#[test]
+fn instances_are_found_where_copies_are() {
+    let mut random = Random::new(17);
+    let (ball, box_) = (icosphere(3), cube(4));
+    let object = Arc::new(Object::new(vec![defined(&ball, 1.0, DVec3::ZERO), defined(&box_, 0.3, DVec3::Y)], 0.1));
+    let (mut instances, mut copies) = (Vec::new(), Vec::new());
+    for _ in 0..20 {
+        let t = similarity(&mut random, 0.1);
+        instances.extend(place(&object, t));
+        for (source, size, at) in [(&ball, 1.0, DVec3::ZERO), (&box_, 0.3, DVec3::Y)] {
+            let positions = (0..source.positions.len()).map(|i| {
+                let p = DVec3::from_array(source.positions[i].map(f64::from));
+                t.transform_point3(p * size + at)
+            });
+            copies.push(shared(mesh(&positions.collect::<Vec<_>>(), source.triangles.clone())));
+        }
+    }
+    // Something else before, so that numbers do not begin with 0, and a surface given by a formula between.
+    let with = |others: Vec<Geometry>| {
+        let mut all = vec![shared(soup(&mut Random::new(1), 20)), common::ball(DVec3::splat(0.2), 0.1)];
+        all.extend(others);
+        embree(&all)
+    };
+    let (fast, oracle) = (with(instances), with(copies));
+    let (mut hits, mut others) = (0, 0);
+    for _ in 0..40_000 {
+        let segment = ray(random.point(), random.direction());
+        let (a, b) = (fast.closest(&segment), oracle.closest(&segment));
+        assert_eq!(fast.blocked(&segment), a.is_some());
+        hits += usize::from(b.is_some_and(|b| b.geometry > 1));
+        others += usize::from(a.map(|a| (a.geometry, a.primitive)) != b.map(|b| (b.geometry, b.primitive)));
+        if let (Some(a), Some(b)) = (a, b)
+            && a.geometry == b.geometry
+            && a.primitive == b.primitive
+        {
+            assert!((a.t - b.t).abs() < 1e-3, "{segment:?}: {a:?} {b:?}");
+        }
+    }
+    // At edges either of two triangles may be named.
+    assert!(hits > 2_000 && others < 20, "{hits} hits, {others} differ");
 }

@@ -38,7 +38,7 @@ pub(crate) fn part_area(c: DMat3, z_min: f64, z_max: f64, phi_max: f64) -> f64 {
 }
 
 /// Nodes and weights of Gauss and Legendre's rule on 0..1.
-fn gauss_legendre() -> [(f64, f64); 64] {
+pub(crate) fn gauss_legendre() -> [(f64, f64); 64] {
     let n = 64.0f64;
     std::array::from_fn(|i| {
         // Newton's method on the Legendre polynomial from Tricomi's guess of its roots.

@@ -1,10 +1,18 @@
-//! Shapes: what there is to be seen. One file, one plugin; `ply*.rs`, `mesh.rs` and `ellipsoid.rs` are helpers.
+//! Shapes: what there is to be seen. One file, one plugin; `ply*.rs`, `obj.rs`, `mesh.rs`, `patch.rs`, `affine.rs` and `ellipsoid.rs` are
+//! helpers.
 
 use bhs_core::geometry::Shape;
 use bhs_core::plugin::Plugin;
 
+mod affine;
+mod bilinearmesh;
+mod cylinder;
+mod disk;
 mod ellipsoid;
 mod mesh;
+pub mod obj;
+mod objmesh;
+mod patch;
 pub mod ply;
 mod ply_body;
 mod ply_header;
@@ -14,7 +22,15 @@ mod sphere;
 mod trianglemesh;
 
 /// All shapes, in alphabetical order.
-pub const ALL: &[Plugin<dyn Shape>] = &[plymesh::PLUGIN, sphere::PLUGIN, trianglemesh::PLUGIN];
+pub const ALL: &[Plugin<dyn Shape>] = &[
+    bilinearmesh::PLUGIN,
+    cylinder::PLUGIN,
+    disk::PLUGIN,
+    objmesh::PLUGIN,
+    plymesh::PLUGIN,
+    sphere::PLUGIN,
+    trianglemesh::PLUGIN,
+];
 
 #[cfg(test)]
-bhs_core::every_file_is_listed!([ALL], helpers: ["ellipsoid", "mesh", "ply", "ply_body", "ply_header", "ply_input"]);
+bhs_core::every_file_is_listed!([ALL], helpers: ["affine", "ellipsoid", "mesh", "obj", "patch", "ply", "ply_body", "ply_header", "ply_input"]);

@@ -49,3 +49,42 @@ pub(crate) fn normal_matrix(m: DMat3) -> DMat3 {
     let cofactors = DMat3::from_cols(b.cross(c), c.cross(a), a.cross(b));
     cofactors * if m.determinant() < 0.0 { -1.0 } else { 1.0 }
 }
+
+/// The parameter `indices` of a mesh of `P`: `N` vertex numbers for each of its pieces, which are called `piece`. `None` after a report
+/// of what is wrong with them.
+pub(crate) fn checked_indices<const N: usize>(
+    p: &Params,
+    indices: Option<Vec<i64>>,
+    vertices: usize,
+    piece: &str,
+) -> Option<Vec<[u32; N]>> {
+    let Some(indices) = indices else {
+        if vertices != N {
+            let message = format!("`indices` can be left out with exactly {N} vertices only, not with {vertices}");
+            p.reject("P", message, format!("which of these make a {piece}?"));
+            return None;
+        }
+        return Some(vec![std::array::from_fn(|i| i as u32)]);
+    };
+    if indices.is_empty() || indices.len() % N != 0 {
+        let cause = format!("found {}: each {piece} takes {N}", indices.len());
+        p.reject("indices", format!("the number of `indices` is not a multiple of {N}"), cause);
+        return None;
+    }
+    let limit = vertices.min(u32::MAX as usize) as i64;
+    if let Some((i, v)) = indices.iter().enumerate().find(|(_, v)| !(0..limit).contains(*v)) {
+        let message = format!("vertex index {v} of {piece} {} is out of range", i / N);
+        p.reject("indices", message, format!("there are {vertices} vertices, counted from 0"));
+        return None;
+    }
+    Some(indices.chunks_exact(N).map(|c| std::array::from_fn(|i| c[i] as u32)).collect())
+}
+
+/// Whether the parameter `name` has one value a vertex; reports if not.
+pub(crate) fn one_a_vertex(p: &Params, name: &str, values: usize, vertices: usize) -> bool {
+    if values != vertices {
+        let cause = format!("{values} for {vertices} vertices: one each is needed");
+        p.reject(name, format!("`{name}` does not match `P`"), cause);
+    }
+    values == vertices
+}

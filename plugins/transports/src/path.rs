@@ -186,7 +186,11 @@ impl Sought<'_> {
         let Some(connection) = connection else { return SampledSpectrum::ZERO };
         log.counters.connections += 1;
         let carried = self.carried(&connection);
-        if carried.is_zero() || !self.is_visible(&connection, log) { SampledSpectrum::ZERO } else { carried }
+        if carried.is_zero() {
+            log.counters.connections_dark += 1;
+            return carried;
+        }
+        if self.is_visible(&connection, log) { carried } else { SampledSpectrum::ZERO }
     }
 
     /// What arrives along all of up to `N` geodesics, scattered back along the path. `found`: the light of the path so far, as it would have to
@@ -206,7 +210,11 @@ impl Sought<'_> {
             log.counters.connections += 1;
             let looked_at = (carried.max() / (FAINT * all.max(found))).min(1.0);
             // One number for all: each image by itself is looked at as often as it should be.
-            if !carried.is_zero() && spare < looked_at && self.is_visible(connection, log) {
+            if carried.is_zero() {
+                log.counters.connections_dark += 1;
+            } else if spare >= looked_at {
+                log.counters.connections_faint += 1;
+            } else if self.is_visible(connection, log) {
                 sum += *carried * (1.0 / looked_at);
             }
         }

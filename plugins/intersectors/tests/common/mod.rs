@@ -2,11 +2,12 @@
 
 #![allow(dead_code)] // each test program uses its part
 
-use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, SurfaceGeometry, TriangleMesh};
+use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, SurfaceGeometry, TriangleMesh, WorldMesh};
+use bhs_core::instance::Object;
 use bhs_core::intersector::{Intersector, IntersectorBuilder};
 use bhs_core::sampling::mix64;
 use bhs_intersectors::{embree::Embree, reference::Reference};
-use glam::{DVec3, Vec2};
+use glam::{DAffine3, DMat3, DVec3, Vec2};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -61,6 +62,24 @@ pub fn mesh(positions: &[DVec3], triangles: Vec<[u32; 3]>) -> TriangleMesh {
 
 pub fn shared(mesh: TriangleMesh) -> Geometry {
     Geometry::Mesh(Arc::new(mesh))
+}
+
+/// A mesh as an object has it, `size` times as large and moved.
+pub fn defined(mesh: &TriangleMesh, size: f64, at: DVec3) -> WorldMesh {
+    let positions = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from)) * size + at).collect();
+    WorldMesh { positions, triangles: mesh.triangles.clone(), ..Default::default() }
+}
+
+/// The geometries of an instance.
+pub fn place(object: &Arc<Object>, world_from_defined: DAffine3) -> Vec<Geometry> {
+    object.place(world_from_defined, DVec3::ZERO).unwrap().into_iter().map(Geometry::Instance).collect()
+}
+
+/// Turned, `size` times as large, mirrored or not, anywhere in the cube from -1 to 1.
+pub fn similarity(random: &mut Random, size: f64) -> DAffine3 {
+    let turn = DMat3::from_axis_angle(random.direction(), TAU * random.unit());
+    let mirror = DVec3::new(if random.unit() < 0.5 { -1.0 } else { 1.0 }, 1.0, 1.0);
+    DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(size * mirror), random.point())
 }
 
 /// A unit sphere of `20 * 4^levels` triangles, closed, with shared vertices.

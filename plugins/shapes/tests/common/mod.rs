@@ -64,6 +64,12 @@ impl Place {
 
     /// Builds a shape; also what was said: messages with the words under them.
     pub fn build(&self, shape: &str, params: &[Param]) -> (Option<WorldGeometry>, Vec<String>) {
+        let (mut surfaces, said) = self.build_all(shape, params);
+        assert!(surfaces.len() <= 1, "{} surfaces", surfaces.len());
+        (surfaces.pop(), said)
+    }
+
+    fn build_all(&self, shape: &str, params: &[Param]) -> (Vec<WorldGeometry>, Vec<String>) {
         let plugin = bhs_shapes::ALL.iter().find(|p| p.name == shape).expect("the shape exists");
         let context = Context {
             files: &self.files,
@@ -81,7 +87,18 @@ impl Place {
             Some(label) if !label.text.is_empty() => format!("{}: {}", d.message, label.text),
             _ => d.message,
         };
-        (built, p.finish().0.into_iter().map(say).collect())
+        (built.unwrap_or_default(), p.finish().0.into_iter().map(say).collect())
+    }
+
+    /// All surfaces of a shape.
+    pub fn analytics(&self, shape: &str, params: &[Param]) -> Vec<Box<dyn Analytic>> {
+        let (surfaces, said) = self.build_all(shape, params);
+        assert!(said.is_empty(), "{said:?}");
+        let formula = |g| match g {
+            WorldGeometry::Analytic(surface) => surface,
+            WorldGeometry::Mesh(_) => panic!("a mesh"),
+        };
+        surfaces.into_iter().map(formula).collect()
     }
 
     pub fn mesh(&self, shape: &str, params: &[Param]) -> WorldMesh {

@@ -1,0 +1,70 @@
+//! The method of Aikawa, Zhou and Wang 2019 to the letter: fixed micro-steps, and a hit is where a chord meets a surface.
+//!
+//! Each step of the orbit is one straight segment, and each segment is put to the intersector: none is longer because nothing is near,
+//! and what a segment meets counts as it is, its point and its direction those of the chord. The baseline that everything else is
+//! measured against.
+
+use crate::flight::Flight;
+use crate::orbit::{Dense, Fate, Rk4Orbit, Stepper};
+use bhs_core::geometry::Segment;
+use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
+use bhs_core::stats::TraceLog;
+use bhs_core::world::World;
+
+/// How far a segment reaches beyond its end, relative to the coordinates there: as much as the single precision of meshes could tear
+/// neighbours apart.
+const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
+
+/// Follows `ray` by steps of the angle `step` (rad), at most `max_steps` of them.
+pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, log: &mut TraceLog) -> Arrival {
+    let flight = match Flight::begin(world, ray, log) {
+        Ok(flight) => flight,
+        Err(arrival) => return arrival,
+    };
+    let (rs, plane) = (flight.hole.rs, flight.plane);
+    let mut orbit = Rk4Orbit { rs, step, state: flight.start };
+    let mut from = ray.origin;
+    for _ in 0..max_steps {
+        let (step, fate) = orbit.advance();
+        log.counters.steps += 1;
+        let end = if fate == Fate::Underway { step.end } else { step.within_space(rs).end };
+        // The last segment of a ray that leaves has no end.
+        let (to, way, t_max) = if fate == Fate::Escaped {
+            (from, plane.radial(end.phi), f64::INFINITY)
+        } else {
+            let to = plane.point(&end);
+            let way = to - from;
+            (to, way, 1.0 + OVERLAP * to.abs().max_element() / way.length())
+        };
+        log.counters.queries += 1;
+        let segment = Segment { origin: from, direction: way, t_min: 0.0, t_max };
+        if let Some(hit) = world.intersector.closest(&segment) {
+            let located = world.locate(&segment, &hit);
+            log.counters.hit += 1;
+            log.phi = plane.angle(step.start.phi, from, located.point);
+            log.point(located.point);
+            return Arrival::Surface(SurfaceHit {
+                point: located.point,
+                direction: way.normalize(),
+                geometry: hit.geometry,
+                primitive: hit.primitive,
+                barycentric: located.barycentric,
+            });
+        }
+        log.phi = end.phi;
+        log.point(to);
+        match fate {
+            Fate::Underway => from = to,
+            Fate::Escaped => {
+                log.counters.escaped += 1;
+                return Arrival::Sky(way);
+            }
+            Fate::Captured => {
+                log.counters.captured += 1;
+                return Arrival::Hole;
+            }
+        }
+    }
+    log.counters.out_of_steps += 1;
+    Arrival::OutOfSteps
+}

@@ -1,0 +1,42 @@
+//! `objmesh`: triangles from a Wavefront OBJ file.
+//!
+//! All faces of the file make one mesh, whatever groups and materials they are in: it has the material of the scene. Polygons become the
+//! fan of triangles around their first corner. Shading normals (`vn`) and texture coordinates (`vt`) are used if every corner has them. The
+//! outer side is as with `trianglemesh`. pbrt has no such shape; its parameters are those of `plymesh`.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `filename` | string | required | | the OBJ file, relative to the scene's folder |
+//!
+//! ```bhs
+//! WorldBegin
+//! Shape "objmesh" "string filename" "teapot.obj"
+//! ```
+
+use crate::mesh::to_world;
+use crate::obj;
+use bhs_core::diagnostics::Diagnostic;
+use bhs_core::geometry::Shape;
+use bhs_core::params::Params;
+use bhs_core::plugin::Plugin;
+
+/// The entry in the list of shapes.
+pub const PLUGIN: Plugin<dyn Shape> = Plugin { name: "objmesh", summary: "triangles from a Wavefront OBJ file", build };
+
+fn build(p: &Params) -> Option<Box<dyn Shape>> {
+    let name = p.require::<String>("filename", "", "the OBJ file, relative to the scene's folder")?;
+    let span = p.span_of("filename");
+    let content = p.context().files.read(&name, span);
+    let read = match content.and_then(|bytes| obj::read(&bytes)) {
+        Ok(read) => read,
+        Err(fault) => {
+            p.report(Diagnostic::error("bad-file", format!("cannot read `{name}`: {fault}")).at(span, ""));
+            return None;
+        }
+    };
+    for what in read.partial {
+        let message = format!("the {what} of `{name}` are left out: some corners of faces have none");
+        p.report(Diagnostic::warning("partial-attribute", message).at(span, ""));
+    }
+    Some(Box::new(to_world(p, read.mesh)?))
+}

@@ -1,0 +1,122 @@
+//! OBJ files: what is read of them, and what is said of faulty ones.
+
+mod common;
+
+use bhs_shapes::obj;
+use common::{Memory, Place, text};
+use glam::DVec3;
+use proptest::prelude::*;
+
+const CUBE_CORNER: &str = "# three sides
+mtllib none.mtl
+o corner
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1e0
+v 1 1 0
+vt 0 0
+vt 1 0
+vt 0 1
+vn 0 0 2
+g front
+usemtl red
+s off
+f 1/1/1 2/2/1 5/3/1 3/3/1
+g side
+l 1 2 3
+p 1
+f -5/1/1 \\
+  -2/2/1 -3/3/1
+";
+
+#[test]
+fn faces_of_all_groups_make_one_mesh() {
+    let read = obj::read(CUBE_CORNER.as_bytes()).expect("it is read");
+    assert!(read.partial.is_empty());
+    let corners: Vec<[DVec3; 3]> = read.mesh.triangles.iter().map(|t| t.map(|v| read.mesh.positions[v as usize])).collect();
+    let (o, x, y, z, xy) = (DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.0, 1.0, 0.0));
+    // A line is no face.
+    assert_eq!(corners, [[o, x, xy], [o, xy, y], [o, z, y]]);
+    assert!(read.mesh.normals.iter().all(|n| *n == [0.0, 0.0, 1.0]) && read.mesh.normals.len() == read.mesh.positions.len());
+    let last = read.mesh.triangles[2].map(|v| read.mesh.uvs[v as usize]);
+    assert_eq!(last, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+}
+
+#[test]
+fn it_makes_the_same_mesh_as_the_vertices_in_the_scene() {
+    let files = Memory(vec![("a.obj", b"v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3\r\n".to_vec())]);
+    let place = Place { files, ..Place::default() };
+    let mesh = place.mesh("objmesh", &[text("filename", "a.obj")]);
+    assert_eq!((mesh.positions, mesh.triangles), (vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]));
+}
+
+#[test]
+fn what_some_corners_lack_is_left_out_and_told() {
+    let file = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1//1 3//1 2//1\n";
+    let read = obj::read(file.as_bytes()).expect("it is read");
+    assert_eq!(read.partial, ["texture coordinates"]);
+    assert!(read.mesh.uvs.is_empty() && read.mesh.normals.len() == read.mesh.positions.len());
+    let place = Place { files: Memory(vec![("a.obj", file.into())]), ..Place::default() };
+    let said = place.faults("objmesh", &[text("filename", "a.obj")]);
+    assert_eq!(said, ["the texture coordinates of `a.obj` are left out: some corners of faces have none"]);
+}
+
+#[test]
+fn faults_are_told_with_their_line() {
+    let check = |file: &str, expected: &str| assert_eq!(obj::read(file.as_bytes()).unwrap_err(), expected, "{file}");
+    let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    check("", "it holds no triangle");
+    check(three, "it holds no triangle");
+    check("# only a comment", "it holds no triangle");
+    check("v 0 0\n", "line 1: `v` needs three numbers, and takes one or three more");
+    check("# ...\n\nv 0 0 x\n", "line 3: `v` needs three numbers, and takes one or three more");
+    check("v 0 0 0 0\n", "line 1: the fourth number of `v` is 0");
+    check("v 0 0 0 1 2\n", "line 1: `v` takes one more number, or three");
+    check("vn 0 0\n", "line 1: `vn` needs three numbers");
+    check("vt 0\n", "line 1: `vt` needs two numbers");
+    check(&format!("{three}f 1 2 a\n"), "line 4: a corner of a face is a number of a vertex, as in 3, 3/1, 3//2 or 3/1/2");
+    check(&format!("{three}f 1 2 3/1/1/1\n"), "line 4: a corner of a face is a number of a vertex, as in 3, 3/1, 3//2 or 3/1/2");
+    check(&format!("{three}f 1 2 4\n"), "a face uses a vertex that does not exist");
+    check(&format!("{three}f 1 2 0\n"), "a face uses a vertex that does not exist");
+    check(&format!("{three}f 1 2 -4\n"), "a face uses a vertex that does not exist");
+    check(&format!("{three}vt 0 0\nf 1/1 2/1 3/2\n"), "a face uses texture coordinates that do not exist");
+    check(&format!("{three}vn 0 0 1\nf 1//1 2//1 3//2\n"), "a face uses a normal that does not exist");
+    check(&format!("{three}f 1 2 9223372036854775808\n"), "line 4: a number of a vertex is too large");
+    check(&format!("{three}f\n"), "a face has no corners");
+    check("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3", "a vertex has a coordinate that is not a finite number");
+    check(&format!("{three}vt 1e300 0\nf 1/1 2/1 3/1\n"), "a texture coordinate is not a finite number of single precision");
+    let binary = [b"v 0 0 0\nv \xff".as_slice(), b" 0 0\n"].concat();
+    assert_eq!(obj::read(&binary).unwrap_err(), "line 2: it is not text");
+}
+
+#[test]
+fn faults_of_an_objmesh_are_told() {
+    let place = Place { files: Memory(vec![("a.obj", b"f 1 2 3".to_vec())]), ..Place::default() };
+    let said = |name: &str| place.faults("objmesh", &[text("filename", name)]);
+    assert_eq!(said("a.obj"), ["cannot read `a.obj`: a face uses a vertex that does not exist"]);
+    assert_eq!(said("b.obj"), ["cannot read `b.obj`: no such file"]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_bytes_make_the_reader_panic(edits in prop::collection::vec((any::<prop::sample::Index>(), 0usize..4, any::<u8>()), 0..12)) {
+        let mut file = CUBE_CORNER.as_bytes().to_vec();
+        for (at, what, byte) in edits {
+            let at = at.index(file.len());
+            match what {
+                0 => file[at] = byte,
+                1 => file[at] = b"-/0 9\n\\e."[usize::from(byte) % 9],
+                2 => file.insert(at, b"-/0 9\n\\e."[usize::from(byte) % 9]),
+                _ => { file.remove(at); }
+            }
+        }
+        if let Ok(read) = obj::read(&file) {
+            let n = read.mesh.positions.len();
+            prop_assert!(read.mesh.triangles.iter().flatten().all(|v| (*v as usize) < n));
+            prop_assert!([0, n].contains(&read.mesh.normals.len()) && [0, n].contains(&read.mesh.uvs.len()));
+        }
+    }
+}

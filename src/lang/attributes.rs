@@ -1,0 +1,111 @@
+//! `Attribute "shape" ...`: parameters for all directives of a kind that follow, where these do not state them themselves.
+
+use crate::lang::description::SceneDescription;
+use crate::lang::parse::shorten;
+use crate::lang::resolve::{Call, Resolver};
+use bhs_core::diagnostics::{Diagnostic, did_you_mean};
+use bhs_core::value::Param;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What parameters can be stated for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// `Shape`.
+    Shape,
+    /// `LightSource` and `AreaLightSource`.
+    Light,
+    /// `Material` and `MakeNamedMaterial`.
+    Material,
+    /// `Texture`.
+    Texture,
+}
+
+impl Target {
+    /// All of them.
+    const ALL: [Target; 4] = [Self::Shape, Self::Light, Self::Material, Self::Texture];
+
+    /// The word that `Attribute` uses.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Shape => "shape",
+            Self::Light => "light",
+            Self::Material => "material",
+            Self::Texture => "texture",
+        }
+    }
+}
+
+/// A parameter that `Attribute` states.
+#[derive(Clone, Debug)]
+pub struct AttributeParam {
+    /// What it is for.
+    pub target: Target,
+    /// The parameter.
+    pub param: Param,
+    /// Whether a plugin has asked for it.
+    taken: Arc<AtomicBool>,
+}
+
+impl AttributeParam {
+    /// Notes that a plugin knows this parameter.
+    pub fn take(&self) {
+        self.taken.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The parameters that are in force for one kind of directive.
+pub type Defaults = Arc<Vec<AttributeParam>>;
+
+/// The parameters that are in force.
+#[derive(Clone, Default)]
+pub(super) struct Attributes([Defaults; Target::ALL.len()]);
+
+impl Attributes {
+    /// Those for one kind of directive.
+    pub fn of(&self, target: Target) -> Defaults {
+        Arc::clone(&self.0[target as usize])
+    }
+
+    /// Adds one, in place of one of the same name.
+    fn set(&mut self, new: AttributeParam) {
+        let list = Arc::make_mut(&mut self.0[new.target as usize]);
+        // One that is replaced before it is used is not worth a warning.
+        list.extract_if(.., |a| a.param.name.value == new.param.name.value).for_each(|a| a.take());
+        list.push(new);
+    }
+}
+
+impl Resolver<'_> {
+    pub(crate) fn attribute(&mut self, call: Call) {
+        let Some(target) = Target::ALL.into_iter().find(|t| t.word() == call.name.value) else {
+            let help = match did_you_mean(&call.name.value, Target::ALL.map(Target::word)) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("there is {}", Target::ALL.map(Target::word).join(", ")),
+            };
+            let message = format!("`Attribute` knows no `{}`", shorten(&call.name.value));
+            return self.error("unknown-attribute-target", message, call.name.span, "", help);
+        };
+        if call.params.is_empty() && !call.faulty {
+            let help = "such as Attribute \"shape\" \"float radius\" 2";
+            self.error("missing-parameter", "`Attribute` needs a parameter", call.keyword, "", help);
+        }
+        for param in call.params {
+            let new = AttributeParam { target, param, taken: Arc::default() };
+            self.scene.attributes.push(new.clone());
+            self.state.attributes.set(new);
+        }
+    }
+}
+
+/// Parameters of `Attribute` that no plugin has asked for.
+pub(super) fn warn_unused(scene: &SceneDescription, found: &mut Vec<Diagnostic>) {
+    for AttributeParam { target, param, .. } in scene.attributes.iter().filter(|a| !a.taken.load(Ordering::Relaxed)) {
+        let word = target.word();
+        found.push(
+            Diagnostic::warning("unused-attribute", format!("`{}` is never used", shorten(&param.name.value)))
+                .at(param.name.span, format!("no {word} that follows has this parameter"))
+                .help(format!("`bhs plugins {word}` lists the parameters")),
+        );
+    }
+}

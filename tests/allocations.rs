@@ -1,0 +1,106 @@
+//! Following light takes no memory: once a scene is built, no path allocates, whatever follows it and whatever it meets. (What Embree does
+//! within is its own; it answers queries from the stack.)
+
+mod common;
+
+use bhs::lang::{BuiltScene, Overrides};
+use bhs::registry::Registry;
+use bhs_core::integrator::{Integrator, Ray};
+use bhs_core::sampling::SampleStream;
+use bhs_core::spectrum::SampledWavelengths;
+use bhs_core::stats::TraceLog;
+use bhs_core::transport::LightTransport;
+use common::{build_with, read};
+use glam::DVec2;
+
+/// Follows `count` camera paths all over the picture, and returns how many rays that took.
+fn follow(built: &BuiltScene, count: u32) -> u64 {
+    let [width, height] = built.film.resolution();
+    let [lo, hi] = built.film.lambda_range();
+    let (mut log, mut sums) = (TraceLog::default(), [0.0; 16]);
+    for i in 0..count {
+        let pixel = [i % width, i / width % height];
+        let mut stream = SampleStream::new(&*built.sampler, pixel, i / (width * height));
+        let (offset, weight) = built.filter.sample(stream.next_2d());
+        let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
+        let seen = built.camera.ray(raster, stream.next_2d());
+        let lambda = SampledWavelengths::visible(stream.next_1d(), lo, hi);
+        let direction = built.scene.camera.frame.chart_direction(seen.direction);
+        let ray = Ray { origin: seen.origin, direction, footprint: built.scene.footprints.camera };
+        let radiance = built.transport.radiance(&built.scene, ray, &lambda, &mut stream, &mut log);
+        built.film.add(radiance * weight, &lambda, &mut sums);
+    }
+    log.counters.geodesics
+}
+
+fn check(name: &str, text: &str, count: u32, overrides: &Overrides) {
+    let overrides = Overrides { resolution: Some([64, 48]), ..overrides.clone() };
+    let built = build_with(text, &overrides);
+    // What is made when it is first asked for is made here.
+    follow(&built, 100);
+    let mut rays = 0;
+    let found = allocation_counter::measure(|| rays = follow(&built, count));
+    assert!(rays >= u64::from(count), "{name}: {rays} rays");
+    assert_eq!(found.count_total, 0, "{name}, {overrides:?}: {} bytes in {rays} rays", found.bytes_total);
+}
+
+/// Scene files by name, with includes seen from the project's root.
+fn scene(name: &str) -> String {
+    read(&format!("scenes/{name}.bhs")).replace("Include \"", "Include \"scenes/").replace("\"meshes/", "\"scenes/meshes/")
+}
+
+fn with<F: Fn(&mut Overrides)>(change: F) -> Overrides {
+    let mut overrides = Overrides::default();
+    change(&mut overrides);
+    overrides
+}
+
+#[test]
+fn what_allocates_is_counted() {
+    assert_eq!(allocation_counter::measure(|| drop(std::hint::black_box(vec![0_u8; 8]))).count_total, 1);
+}
+
+#[test]
+fn no_light_transport_allocates_with_or_without_a_hole() {
+    let registry = Registry::builtin();
+    let transports = registry.names::<dyn LightTransport>();
+    assert!(transports.len() >= 2);
+    for transport in transports {
+        let overrides = with(|o| o.transport = Some(transport.to_owned()));
+        for name in ["cornell_box", "cornell_hole"] {
+            check(name, &scene(name), 20_000, &overrides);
+        }
+    }
+}
+
+#[test]
+fn no_integrator_allocates() {
+    for integrator in Registry::builtin().names::<dyn Integrator>() {
+        check("cornell_hole", &scene("cornell_hole"), 2_000, &with(|o| o.integrator = Some(integrator.to_owned())));
+    }
+    let micro_steps = format!("Integrator \"schwarzschild-rk4\" \"string hits\" \"chord\"\n{}", scene("cornell_hole"));
+    check("cornell_hole", &micro_steps, 2_000, &Overrides::default());
+}
+
+#[test]
+fn no_material_and_no_light_of_the_scenes_allocates() {
+    for name in ["spheres", "spheres_hole", "redshift_spheres", "redshift_wall", "blueshift", "frames_chart"] {
+        check(name, &scene(name), 2_000, &Overrides::default());
+    }
+}
+
+#[test]
+fn no_material_allocates() {
+    let world = "WorldBegin\nLightSource \"infinite\" \"spectrum L\" \"stdillum-D65\"\nTranslate 0 0 4\n";
+    let hole = "BlackHole \"schwarzschild\" \"point3 center\" [0 0 -2] \"float rs\" 0.02\n";
+    for material in Registry::builtin().names::<dyn bhs_core::material::Material>() {
+        // A mix wants materials of its own.
+        if material == "mix" {
+            continue;
+        }
+        let shapes = format!("Material \"{material}\"\nShape \"sphere\"\nTranslate 0 -2 0\nShape \"sphere\"\n");
+        for hole in ["", hole] {
+            check(material, &format!("{world}{shapes}{hole}"), 5_000, &Overrides::default());
+        }
+    }
+}
