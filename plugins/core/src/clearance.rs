@@ -54,7 +54,8 @@ impl Clearance {
         let size = ((bounds.max - min) / cell).ceil().as_uvec3() + 1;
         let bounds = Aabb { min, max: min + size.as_dvec3() * cell };
         let count = size.x as usize * size.y as usize * size.z as usize;
-        let mut grid = Self { min, bounds, cell, per_cell: cell.recip(), size, cells: size.as_dvec3(), steps: vec![u8::MAX; count] };
+        let mut grid =
+            Self { min, bounds, cell, per_cell: cell.recip(), size, cells: size.as_dvec3(), steps: vec![u8::MAX; count] };
         let mut objects = Objects::new(geometries);
         let mut visits = 0;
         for geometry in geometries {

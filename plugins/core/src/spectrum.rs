@@ -252,8 +252,7 @@ impl VisibleWavelengths {
     #[inline]
     pub fn sample(&self, u: f32) -> SampledWavelengths {
         let [lo, hi] = self.range_nm;
-        let tanh: [f32; N_LAMBDA] =
-            std::array::from_fn(|i| self.tanh_lo + (u + i as f32 / N_LAMBDA as f32).fract() * self.rise);
+        let tanh: [f32; N_LAMBDA] = std::array::from_fn(|i| self.tanh_lo + (u + i as f32 / N_LAMBDA as f32).fract() * self.rise);
         SampledWavelengths {
             // The inverse of tanh is ln((1 + t)/(1 - t))/2.
             lambda_nm: tanh.map(|t| (Self::CENTRE + ((1.0 + t) / (1.0 - t)).ln() * (0.5 / Self::A)).clamp(lo, hi)),

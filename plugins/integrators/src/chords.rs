@@ -279,7 +279,8 @@ impl<'w> Chords<'w> {
         // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
         // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep. A joint
         // must not lie on a surface that it may graze, or rounding lets the ray slip through there: hence just behind it.
-        let behind_it = meeting.map(|m| m.orbit.state.phi + JOINT * swept).filter(|phi| *phi > span.from.phi && *phi < span.to.phi);
+        let behind_it =
+            meeting.map(|m| m.orbit.state.phi + JOINT * swept).filter(|phi| *phi > span.from.phi && *phi < span.to.phi);
         let split = behind_it.filter(|_| splits.is_multiple_of(2)).unwrap_or(middle);
         let met = meeting.filter(|m| m.beside <= rounding && (m.point - located.point).length() <= near);
         if met.is_none() && splits > 0 {
@@ -295,7 +296,8 @@ impl<'w> Chords<'w> {
         {
             return self.search(step, &Span { from: after, before: None, ..*span }, 0, log);
         }
-        let on_chord = || Meeting { orbit: step.polar(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
+        let on_chord =
+            || Meeting { orbit: step.polar(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
         Some(self.arrive(&met.unwrap_or_else(on_chord), &hit, &located, way / length, log))
     }
 
@@ -330,8 +332,7 @@ impl<'w> Chords<'w> {
         // On the side that the chord came from: see `arrive`.
         let along = tangent.dot(facet.normal);
         let on_side = along * chord.dot(facet.normal) > 0.0;
-        let direction =
-            if on_side { tangent } else { tangent - facet.normal * (2.0 * along / facet.normal.length_squared()) };
+        let direction = if on_side { tangent } else { tangent - facet.normal * (2.0 * along / facet.normal.length_squared()) };
         let &PrimitiveHit { geometry, primitive, .. } = hit;
         Some(SurfaceHit { point: met.point, direction, geometry, primitive, barycentric: met.barycentric })
     }

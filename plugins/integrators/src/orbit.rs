@@ -112,7 +112,8 @@ impl Polar {
         let State { phi, u, du } = self.state;
         let half = 0.5 * by;
         let force = u * (1.5 * rs * u - 1.0);
-        let state = State { phi: phi + by, u: u + by * (du + half * force), du: du + by * (force + half * du * (3.0 * rs * u - 1.0)) };
+        let state =
+            State { phi: phi + by, u: u + by * (du + half * force), du: du + by * (force + half * du * (3.0 * rs * u - 1.0)) };
         let (cos, sin) = (self.cos - by * (self.sin + half * self.cos), self.sin + by * (self.cos - half * self.sin));
         Self { state, cos, sin }
     }

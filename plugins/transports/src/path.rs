@@ -129,7 +129,9 @@ impl LightTransport for Path {
                         * match (scene.bends(), c.turns()) {
                             (false, _) => sought.straight(log),
                             (true, 1) => sought.bent::<2>(radiance.max() / throughput.max(), stream.next_1d(), log),
-                            (true, _) => sought.bent::<{ 2 * MOST_TURNS }>(radiance.max() / throughput.max(), stream.next_1d(), log),
+                            (true, _) => {
+                                sought.bent::<{ 2 * MOST_TURNS }>(radiance.max() / throughput.max(), stream.next_1d(), log)
+                            }
                         };
                 }
             }
