@@ -49,6 +49,16 @@ impl Tile {
     }
 }
 
+impl Tile {
+    /// Adds the colour of a sample to the variance of the pixel `i`, if that is among the layers.
+    pub fn add_variance(&mut self, i: usize, layers: &[Layer], color: Value) {
+        if let Some(at) = layers.iter().position(|l| *l == Layer::Variance) {
+            let from = i * numbers(layers) + numbers(&layers[..at]);
+            add_variance(color, &mut self.layers[from..][..stride(Layer::Variance)]);
+        }
+    }
+}
+
 impl Framebuffer {
     /// An empty frame of a film.
     pub fn new(film: &dyn Film) -> Self {
@@ -137,9 +147,12 @@ pub struct LayerPicture {
     pub values: Vec<Option<Value>>,
 }
 
-/// Numbers that a layer of a pixel takes: its channels, and a weight.
+/// Numbers that a layer of a pixel takes: its channels, and a weight; the variance has sums of squares besides.
 fn stride(layer: Layer) -> usize {
-    layer.channels().len() + 1
+    match layer {
+        Layer::Variance => 7,
+        _ => layer.channels().len() + 1,
+    }
 }
 
 /// Numbers that some layers of a pixel take.
@@ -156,8 +169,22 @@ fn add(value: Value, weight: f64, sums: &mut [f64]) {
     sums[channels] += weight;
 }
 
-/// The mean of a layer's samples, from its numbers in a pixel.
+/// Adds a sample to means, sums of squared differences from them, and a count (Welford 1962).
+fn add_variance(color: Value, numbers: &mut [f64]) {
+    numbers[6] += 1.0;
+    for c in 0..3 {
+        let difference = color[c] - numbers[c];
+        numbers[c] += difference / numbers[6];
+        numbers[3 + c] += difference * (color[c] - numbers[c]);
+    }
+}
+
+/// The mean of a layer's samples, from its numbers in a pixel; of the variance, the unbiased estimate.
 fn mean(layer: Layer, sums: &[f64]) -> Option<Value> {
+    if layer == Layer::Variance {
+        let count = sums[6];
+        return (count >= 2.0).then(|| std::array::from_fn(|c| sums[3 + c] / (count - 1.0)));
+    }
     let (weight, sums) = sums.split_last().filter(|(w, _)| **w != 0.0)?;
     let mean: Value = std::array::from_fn(|c| sums.get(c).map_or(0.0, |s| s / weight));
     // As in pbrt-v4; opposite normals may cancel.

@@ -28,7 +28,8 @@ impl<'a> LayerCollector<'a> {
     /// A collector of the film's layers; `None` if it asks for none.
     pub fn new(scene: &'a Scene, film: &'a dyn Film) -> Option<Self> {
         let layers = film.layers();
-        (!layers.is_empty()).then(|| Self { scene, layers, albedo: AlbedoColor::new(film) })
+        let of_rays = layers.iter().any(|l| *l != Layer::Variance);
+        of_rays.then(|| Self { scene, layers, albedo: AlbedoColor::new(film) })
     }
 
     /// The values of all layers, in the film's order, for a camera ray; `None` for what this ray has no value of.
@@ -65,9 +66,12 @@ impl Seen<'_> {
                 Arrival::Hole => Some([0.0, 0.0, 1.0]),
                 Arrival::OutOfSteps => None,
             },
-            Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v)),
+            Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v, v.shift * self.clock())),
             Layer::Position => self.hit().map(|h| (h.point + self.scene.world.origin).to_array()),
             Layer::Normal => self.hit().map(|h| self.scene.world.surface(h).normal.to_array()),
+            Layer::Depth => self.hit().map(|h| scalar((h.point - self.ray.origin).length())),
+            // What samples find is no matter of the ray.
+            Layer::Variance => None,
             Layer::ShadingNormal => self.hit().map(|h| self.scene.world.surface(h).shading_normal.to_array()),
         }
     }
@@ -133,7 +137,12 @@ impl Seen<'_> {
             Arrival::Sky(_) => Observer::FLAT,
             Arrival::Hole | Arrival::OutOfSteps => return None,
         };
-        Some(self.scene.shift(&emitter))
+        Some(self.scene.shift(&emitter) * self.clock())
+    }
+
+    /// Rate of the clock at the scene's camera over that where the ray starts; they differ for cameras that stand in several places.
+    fn clock(&self) -> f64 {
+        self.scene.observer(self.ray.origin).map_or(1.0, |o| self.scene.shift(&o).recip())
     }
 }
 
@@ -170,10 +179,10 @@ impl<'f> AlbedoColor<'f> {
         sums
     }
 
-    /// The albedo of a surface as its light arrives: reflectance at the wavelengths there.
-    fn of(&self, vertex: &Vertex) -> Value {
+    /// The albedo of a surface as its light arrives: reflectance at the wavelengths there, `shift` times those that are seen.
+    fn of(&self, vertex: &Vertex, shift: f64) -> Value {
         let sum = self.sum(|lambda| {
-            let at = Shading { lambda_nm: lambda.at(vertex.shift as f32), ..vertex.shading };
+            let at = Shading { lambda_nm: lambda.at(shift as f32), ..vertex.shading };
             vertex.material.reflectance(&at, vertex.wo)
         });
         std::array::from_fn(|c| sum[c] / self.white[c])

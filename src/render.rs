@@ -7,11 +7,13 @@ use crate::film::{Framebuffer, Tile};
 use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
 use crate::progress::Progress;
+use bhs_core::blackhole::Observer;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::integrator::Ray;
+use bhs_core::layer::Layer;
 use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::scene::Scene;
-use bhs_core::spectrum::{SampledWavelengths, VisibleWavelengths};
+use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
 use bhs_core::stats::{Counters, TraceLog};
 use bhs_core::transport::LightTransport;
 use glam::DVec2;
@@ -112,6 +114,7 @@ fn render_tile(
     let mut log = TraceLog::default();
     let [lo, hi] = job.film.lambda_range();
     let wavelengths = VisibleWavelengths::new(lo, hi);
+    let wants_variance = job.film.layers().contains(&Layer::Variance);
     for i in 0..tile.weights.len() {
         let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
         for index in samples.clone() {
@@ -120,10 +123,22 @@ fn render_tile(
                 tile.add_layers(i, job.film.layers(), layers.values(&seen.ray), f64::from(seen.weight));
             }
             let sums = &mut tile.sums[i * channels..][..channels];
-            tile.weights[i] += seen.add(job, sums, &mut log);
+            let before = wants_variance.then(|| color(sums));
+            let weight = seen.add(job, sums, &mut log);
+            if let Some(before) = before.filter(|_| weight != 0.0) {
+                let after = color(sums);
+                let sample = std::array::from_fn(|c| (after[c] - before[c]) / weight);
+                tile.add_variance(i, job.film.layers(), sample);
+            }
+            tile.weights[i] += weight;
         }
     }
     log.counters
+}
+
+/// Red, green and blue, with which all films begin.
+fn color(sums: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|c| sums.get(c).copied().unwrap_or_default())
 }
 
 /// One sample of one pixel, before it is followed.
@@ -132,8 +147,11 @@ struct Sample<'a> {
     ray: Ray,
     /// The filter's weight.
     weight: f32,
-    /// Wavelengths at the camera.
+    /// Wavelengths where the ray starts.
     lambda: SampledWavelengths,
+    /// Rate of the clock at the scene's camera over that where the ray starts: 1 but for cameras that stand in several places.
+    /// `None` where nobody can stand.
+    clock: Option<f64>,
     /// The numbers that are left.
     stream: SampleStream<'a>,
 }
@@ -145,20 +163,36 @@ impl<'a> Sample<'a> {
         let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
         let seen = job.camera.ray(raster, stream.next_2d());
         let lambda = wavelengths.sample(stream.next_1d());
-        let direction = job.scene.camera.frame.chart_direction(seen.direction);
+        let observer = job.scene.observer(seen.origin);
+        let direction = observer.unwrap_or(Observer::FLAT).frame.chart_direction(seen.direction);
         let ray = Ray { origin: seen.origin, direction, footprint: job.scene.footprints.camera };
-        Self { ray, weight, lambda, stream }
+        Self { ray, weight, lambda, clock: observer.map(|o| job.scene.shift(&o).recip()), stream }
     }
 
     /// Adds what is seen to the pixel's sums and returns the weight that it has there.
     fn add(&mut self, job: &Job, sums: &mut [f64], log: &mut TraceLog) -> f64 {
         log.counters.paths += 1;
-        let radiance = job.transport.radiance(job.scene, self.ray, &self.lambda, &mut self.stream, log);
+        let radiance = self.radiance(job, log);
         if !radiance.is_finite() {
             log.counters.not_finite += 1;
             return 0.0;
         }
         job.film.add(radiance * self.weight, &self.lambda, sums);
         f64::from(self.weight)
+    }
+
+    /// What is seen, as the observer receives it who stands where the ray starts.
+    fn radiance(&mut self, job: &Job, log: &mut TraceLog) -> SampledSpectrum {
+        let Some(clock) = self.clock else {
+            log.counters.inside_horizon += 1;
+            return SampledSpectrum::ZERO;
+        };
+        if clock == 1.0 {
+            return job.transport.radiance(job.scene, self.ray, &self.lambda, &mut self.stream, log);
+        }
+        // Transports know the observer at the scene's camera only: it receives the same light at other wavelengths.
+        let lambda = SampledWavelengths { lambda_nm: self.lambda.at(clock as f32), ..self.lambda };
+        let radiance = job.transport.radiance(job.scene, self.ray, &lambda, &mut self.stream, log);
+        radiance * job.scene.radiance_factor(clock)
     }
 }

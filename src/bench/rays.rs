@@ -1,6 +1,7 @@
 //! A scene's own rays, and how far from the truth an integrator follows them.
 
 use crate::lang::BuiltScene;
+use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
 use bhs_core::spectrum::SampledWavelengths;
@@ -36,7 +37,8 @@ pub fn camera_rays(built: &BuiltScene, count: usize) -> Vec<Ray> {
         let mut stream = SampleStream::new(&*built.sampler, [0, 0], i as u32);
         let at = stream.next_2d().as_dvec2() * DVec2::new(width, height);
         let seen = built.camera.ray(at, stream.next_2d());
-        let direction = built.scene.camera.frame.chart_direction(seen.direction);
+        let observer = built.scene.observer(seen.origin).unwrap_or(Observer::FLAT);
+        let direction = observer.frame.chart_direction(seen.direction);
         Ray { origin: seen.origin, direction, footprint: built.scene.footprints.camera }
     };
     (0..count).map(ray).collect()

@@ -32,7 +32,7 @@ pub(super) struct Parts {
     /// With the place of its name; its radius is above 0.
     pub hole: Option<(Span, BlackHole)>,
     pub lambda_range: [f32; 2],
-    pub materials: Vec<Option<Box<dyn Material>>>,
+    pub materials: Vec<Option<Arc<dyn Material>>>,
     pub default_material: Option<Box<dyn Material>>,
     pub area_lights: Vec<Option<Box<dyn AreaLight>>>,
     /// With the places of their names.
@@ -110,7 +110,7 @@ pub(super) fn assemble(
     }
 
     // Surfaces and what they are made of.
-    let materials: Vec<Option<Arc<dyn Material>>> = parts.materials.into_iter().map(|m| m.map(Arc::from)).collect();
+    let materials = parts.materials;
     let area_lights: Vec<Option<Arc<dyn AreaLight>>> = parts.area_lights.into_iter().map(|l| l.map(Arc::from)).collect();
     let default_material: Arc<dyn Material> = parts.default_material?.into();
     let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
@@ -143,10 +143,9 @@ pub(super) fn assemble(
         return None;
     }
     let [lo, hi] = lambda_range;
-    let power = emitters.iter().map(|e: &Emitter| {
-        let power = f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize]);
-        if power.is_finite() { power.max(0.0) } else { 0.0 }
-    });
+    let power = emitters
+        .iter()
+        .map(|e: &Emitter| finite_power(f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize])));
     let lights: Vec<Arc<dyn Light>> = parts
         .lights
         .into_iter()
@@ -156,7 +155,8 @@ pub(super) fn assemble(
             Some(Arc::from(light))
         })
         .collect();
-    let light_choice = Discrete::new(power.chain(lights.iter().map(|l| f64::from(l.power(lo, hi)))));
+    let radius = scene_radius(&bounds);
+    let light_choice = Discrete::new(power.chain(lights.iter().map(|l| finite_power(l.power(lo, hi, radius).into()))));
 
     let (intersector_span, builder) = parts.intersector?;
     let intersector = match builder.build(&geometries) {
@@ -222,13 +222,23 @@ impl Files for Nothing {
     }
 }
 
+/// A power that lights can be chosen by.
+fn finite_power(power: f64) -> f64 {
+    if power.is_finite() { power.max(0.0) } else { 0.0 }
+}
+
+/// Radius of a sphere around all surfaces (scene units); 1 without any, as nothing is lit then.
+fn scene_radius(bounds: &Aabb) -> f64 {
+    if bounds.is_empty() { 1.0 } else { 0.5 * (bounds.max - bounds.min).length() }
+}
+
 /// Footprints of rays in a scene within `bounds`; without a surface there is nothing that rays could miss.
 fn footprints(bounds: &Aabb, camera: &dyn Camera) -> Footprints {
     if bounds.is_empty() {
         return Footprints::default();
     }
     let distance = (camera.position() - bounds.center()).length();
-    Footprints::new((bounds.max - bounds.min).length(), distance, camera.pixel_angle())
+    Footprints::new((bounds.max - bounds.min).length(), distance, |d| camera.pixel_width(d))
 }
 
 /// World position of render space's origin: the world's own if the scene is near it, else the scene's middle.
@@ -315,8 +325,13 @@ fn check_points(
     hole: Option<(Span, BlackHole)>,
     found: &mut Vec<Diagnostic>,
 ) {
-    let points = lights.iter().filter_map(|(span, light)| Some((*span, light.as_ref()?.position()?)));
-    for (span, position) in points {
+    for (span, light) in lights.iter().filter_map(|(span, light)| Some((*span, light.as_ref()?))) {
+        let Some(position) = light.position() else {
+            if !aims && light.sample_sky(Vec2::splat(0.5)).is_some_and(|s| s.is_parallel) {
+                not_found(span, "no path leaves the scene in exactly its direction by chance", found);
+            }
+            continue;
+        };
         if let Some((hole_span, hole)) = hole.filter(|(_, h)| (position - h.center).length() <= h.rs) {
             found.push(
                 Diagnostic::error("inside-horizon", "this light lies inside the black hole")
@@ -325,18 +340,22 @@ fn check_points(
                     .help("move it out, or make `rs` smaller"),
             );
         } else if !aims {
-            found.push(
-                Diagnostic::warning("light-not-found", "the light transport does not find this light")
-                    .at(span, "no path meets a point by chance")
-                    .help("use LightTransport \"path\" with light sampling, or a small sphere as a lamp"),
-            );
+            not_found(span, "no path meets a point by chance", found);
         }
     }
 }
 
+fn not_found(span: Span, why: &str, found: &mut Vec<Diagnostic>) {
+    found.push(
+        Diagnostic::warning("light-not-found", "the light transport does not find this light")
+            .at(span, why)
+            .help("use LightTransport \"path\" with light sampling, or a lamp that has a size"),
+    );
+}
+
 /// Nobody stands at or inside the horizon.
 fn check_camera(camera: &dyn Camera, span: Option<Span>, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
-    let r = (camera.position() - hole.center).length();
+    let r = (camera.nearest_origin(hole.center) - hole.center).length();
     if r > hole.rs {
         return;
     }

@@ -20,11 +20,16 @@ pub trait Camera: Send + Sync {
     /// two numbers in [0,1).
     fn ray(&self, raster: DVec2, lens: Vec2) -> CameraRay;
 
-    /// Where the camera stands, render space.
+    /// Where the camera stands, render space; the middle of the places that its rays start from, if there are several.
     fn position(&self) -> DVec3;
 
-    /// Angle that one pixel in the middle of the picture covers along its shorter side (rad).
-    fn pixel_angle(&self) -> f64;
+    /// The place nearest to `point` that a ray may start from, render space.
+    fn nearest_origin(&self, _point: DVec3) -> DVec3 {
+        self.position()
+    }
+
+    /// Width of what one pixel in the middle of the picture covers at `distance`, along its shorter side (scene units, both).
+    fn pixel_width(&self, distance: f64) -> f64;
 
     /// Moves the camera by `-origin`, from world space to render space. Called once, before anything else.
     fn rebase(&mut self, origin: DVec3);
@@ -58,7 +63,8 @@ pub trait Film: Send + Sync {
         &[]
     }
 
-    /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to a pixel's sums, one for each channel.
+    /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to a pixel's sums, one for each channel. There may be
+    /// three of them only, for who asks for the colour alone: films begin with red, green and blue.
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]);
 
     /// Display colour (sRGB, encoded, 0 to 1) of a pixel whose channels have the given values.

@@ -84,6 +84,13 @@ pub trait Connections: Send + Sync {
     /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` to `y`, sweeping `phi` (rad): what
     /// [`Connections::connect`] says of the same one. `None` if it does not offer that one.
     fn spread(&self, world: &World, x: DVec3, launch: DVec3, y: DVec3, phi: f64) -> Option<f64>;
+    /// The same from `x` to infinitely far away in the unit chart direction `direction`. The spread is the solid angle there per solid
+    /// angle at `x`, both in the chart: 1 in flat space.
+    fn connect_sky(&self, world: &World, x: DVec3, direction: DVec3, turn: u32) -> ConnectionPair;
+    /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` out of the scene, where it had swept `phi`
+    /// (rad) and had the direction `direction`: what [`Connections::connect_sky`] says of the same one. `None` if it does not offer that
+    /// one.
+    fn spread_sky(&self, world: &World, x: DVec3, launch: DVec3, direction: DVec3, phi: f64) -> Option<f64>;
     /// Whether nothing stands between `x` and `y` (which may lie on surfaces themselves) on `connection`; `start` is the
     /// ray that leaves `x` along it, moved off the surface there.
     fn visible(&self, world: &World, start: &Ray, x: DVec3, y: DVec3, connection: &Connection, log: &mut TraceLog) -> bool;
@@ -93,6 +100,14 @@ pub trait Connections: Send + Sync {
 pub trait Integrator: Send + Sync {
     /// Follows `ray` to where it ends.
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival;
+
+    /// Whether `ray` leaves the scene. Counts the questions to the intersector, but no geodesic: it is part of a path's own.
+    fn escapes(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> bool {
+        let mut own = TraceLog::default();
+        let arrival = self.trace(world, ray, &mut own);
+        log.counters.queries += own.counters.queries;
+        matches!(arrival, Arrival::Sky(_))
+    }
 
     /// Who measures light at `point`: [`Observer::FLAT`] for an integrator that knows no gravity, the static observer
     /// otherwise; `None` where there is none (inside the horizon).

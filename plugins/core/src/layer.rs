@@ -30,11 +30,15 @@ pub enum Layer {
     Normal,
     /// The unit normal that shading uses (world space, chart).
     ShadingNormal,
+    /// Distance of the surface's point from where the ray starts, in the chart (scene units).
+    Depth,
+    /// Variance of the samples of a pixel's colour (linear sRGB). Not of the camera rays: of what the light transport finds.
+    Variance,
 }
 
 impl Layer {
     /// All layers, in the order of the language reference.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::ImpactParameter,
         Self::SweptAngle,
         Self::ClosestApproach,
@@ -46,6 +50,8 @@ impl Layer {
         Self::Position,
         Self::Normal,
         Self::ShadingNormal,
+        Self::Depth,
+        Self::Variance,
     ];
 
     /// The name that scenes and the command line use.
@@ -62,6 +68,8 @@ impl Layer {
             Self::Position => "position",
             Self::Normal => "normal",
             Self::ShadingNormal => "shadingnormal",
+            Self::Depth => "depth",
+            Self::Variance => "variance",
         }
     }
 
@@ -94,13 +102,15 @@ impl Layer {
             Self::Position => &["P.X", "P.Y", "P.Z"],
             Self::Normal => &["N.X", "N.Y", "N.Z"],
             Self::ShadingNormal => &["Ns.X", "Ns.Y", "Ns.Z"],
+            Self::Depth => &["depth"],
+            Self::Variance => &["Variance.R", "Variance.G", "Variance.B"],
         }
     }
 
     /// Its unit; empty for pure numbers.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::ImpactParameter | Self::ClosestApproach | Self::Position => "scene",
+            Self::ImpactParameter | Self::ClosestApproach | Self::Position | Self::Depth => "scene",
             Self::SweptAngle => "rad",
             _ => "",
         }

@@ -25,11 +25,40 @@ pub trait AreaLight: Send + Sync {
     fn exitance(&self, lo: f32, hi: f32) -> f32;
 }
 
+/// A direction drawn for sampling the sky.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkySample {
+    /// Unit chart direction, pointing out of the scene.
+    pub direction: DVec3,
+    /// Its density per solid angle, far from the hole; 1 for a light that shines from one direction.
+    pub pdf: f64,
+    /// Whether the light shines from one direction: no path meets it by chance.
+    pub is_parallel: bool,
+}
+
 /// A light that is not a surface.
 pub trait Light: Send + Sync {
     /// Spectral radiance that arrives from infinitely far away, from the unit chart direction `direction` (pointing out of
     /// the scene), at the given wavelengths [nm, far from the hole].
     fn sky_radiance(&self, _direction: DVec3, _lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
+        SampledSpectrum::ZERO
+    }
+
+    /// A direction in which to look for this light of the sky, drawn from two numbers in [0,1). `None` for a light that is left to chance:
+    /// one that shines alike from everywhere, or not from the sky at all.
+    fn sample_sky(&self, _u: Vec2) -> Option<SkySample> {
+        None
+    }
+
+    /// The density with which [`Light::sample_sky`] draws the unit chart direction `direction`, per solid angle far from the hole;
+    /// 0 for a light that shines from one direction.
+    fn sky_pdf(&self, _direction: DVec3) -> f64 {
+        0.0
+    }
+
+    /// Spectral irradiance [W m^-2 nm^-1] of a light that shines from one direction of the sky, on a surface at right angles to it far
+    /// from any hole, at the given wavelengths there [nm].
+    fn irradiance(&self, _lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
         SampledSpectrum::ZERO
     }
 
@@ -44,8 +73,9 @@ pub trait Light: Send + Sync {
         SampledSpectrum::ZERO
     }
 
-    /// Power averaged over `lo..=hi` (nm) of a light that shines from a point [W nm^-1]: what lights are chosen by.
-    fn power(&self, _lo: f32, _hi: f32) -> f32 {
+    /// Power averaged over `lo..=hi` (nm) of a light that can be aimed at [W nm^-1]: what lights are chosen by. Of a light of the sky it
+    /// is what falls on a sphere of the given radius, which is that of the scene (scene units).
+    fn power(&self, _lo: f32, _hi: f32, _radius: f64) -> f32 {
         0.0
     }
 

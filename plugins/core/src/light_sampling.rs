@@ -2,11 +2,12 @@
 
 use crate::blackhole::Observer;
 use crate::geometry::{Geometry, sample_triangle, triangle_area};
-use crate::integrator::Connection;
+use crate::integrator::{Connection, ConnectionPair, Connections, Ray};
 use crate::light::{AreaLight, Emission};
 use crate::sampling::Discrete;
 use crate::scene::{Scene, Vertex};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stats::TraceLog;
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
 
@@ -57,6 +58,13 @@ pub enum LightSource {
         /// Index in [`Scene::lights`].
         light: u32,
     },
+    /// A light infinitely far away.
+    Sky {
+        /// Index in [`Scene::lights`].
+        light: u32,
+        /// Whether it shines from one direction.
+        is_parallel: bool,
+    },
 }
 
 /// A point of a light drawn for light sampling.
@@ -64,9 +72,10 @@ pub enum LightSource {
 pub struct LightSample {
     /// What it is a point of.
     pub source: LightSource,
-    /// The point, render space.
+    /// The point, render space; for a light of the sky, the unit chart direction towards it.
     pub point: DVec3,
-    /// Density with respect to chart area, choice of the light included; of a point light, the probability of its choice.
+    /// Density with respect to chart area, choice of the light included; with respect to solid angle for a light of the sky; of a
+    /// light that shines from a point or from one direction, the probability of its choice.
     pub pdf: f64,
     /// The observer there.
     pub observer: Observer,
@@ -75,10 +84,11 @@ pub struct LightSample {
 /// What arrives from a light sample along one geodesic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arriving {
-    /// Radiance, or intensity of a point light, as the camera receives it if all of it is passed on.
+    /// Radiance, intensity of a point light, or irradiance of a parallel one, as the camera receives it if all of it is passed on.
     pub emitted: SampledSpectrum,
     /// What that is divided by: the density of the sample per local solid angle of the receiver; for a point light, the area across the
-    /// bundle at the light per that solid angle (both in local frames), times the probability of the choice.
+    /// bundle at the light per that solid angle (both in local frames), times the probability of the choice; for a parallel light, the
+    /// solid angle far away instead of the area.
     pub density: f64,
     /// Whether light sampling alone can find the light.
     pub is_point: bool,
@@ -92,8 +102,20 @@ impl Scene {
         let chosen = self.light_choice.probability(index);
         let (source, point, pdf) = match self.emitters.get(index) {
             None => {
-                let light = index - self.emitters.len();
-                (LightSource::Point { light: light as u32 }, self.lights[light].position()?, chosen)
+                let index = index - self.emitters.len();
+                let (light, number) = (&self.lights[index], index as u32);
+                match light.position() {
+                    Some(point) => (LightSource::Point { light: number }, point, chosen),
+                    None => {
+                        let sky = light.sample_sky(u)?;
+                        return Some(LightSample {
+                            source: LightSource::Sky { light: number, is_parallel: sky.is_parallel },
+                            point: sky.direction,
+                            pdf: chosen * sky.pdf,
+                            observer: Observer::FLAT,
+                        });
+                    }
+                }
             }
             Some(emitter) => {
                 let (point, pdf, s) = match &self.world.geometries[emitter.geometry as usize] {
@@ -126,6 +148,32 @@ impl Scene {
         self.light_choice.probability(index as usize) * within
     }
 
+    /// The geodesics from `x` to the light sample that make `turn` whole turns around the hole.
+    #[inline]
+    pub fn connect(&self, connections: &dyn Connections, x: DVec3, sample: &LightSample, turn: u32) -> ConnectionPair {
+        match sample.source {
+            LightSource::Sky { .. } => connections.connect_sky(&self.world, x, sample.point, turn),
+            _ => connections.connect(&self.world, x, sample.point, turn),
+        }
+    }
+
+    /// Whether nothing stands between `x` and the light sample on `connection`; `start` is the ray that leaves `x` along it.
+    #[inline]
+    pub fn visible(
+        &self,
+        connections: &dyn Connections,
+        start: &Ray,
+        x: DVec3,
+        sample: &LightSample,
+        connection: &Connection,
+        log: &mut TraceLog,
+    ) -> bool {
+        match sample.source {
+            LightSource::Sky { .. } => self.integrator.escapes(&self.world, start, log),
+            _ => connections.visible(&self.world, start, x, sample.point, connection, log),
+        }
+    }
+
     /// What arrives at `receiver` from `sample` along `connection`, which leads from the receiver to the light.
     pub fn arriving(
         &self,
@@ -151,6 +199,11 @@ impl Scene {
                 let emitted = self.lights[light as usize].intensity(leaving, lambda_nm) * factor;
                 let density = per_solid_angle * frame.bundle_area_factor(connection.arrival);
                 Arriving { emitted, density, is_point: true }
+            }
+            LightSource::Sky { light, is_parallel } => {
+                let light = &self.lights[light as usize];
+                let emitted = if is_parallel { light.irradiance(lambda_nm) } else { light.sky_radiance(sample.point, lambda_nm) };
+                Arriving { emitted: emitted * factor, density: per_solid_angle, is_point: is_parallel }
             }
         }
     }

@@ -34,8 +34,8 @@ pub struct Scene {
     pub emitters: Vec<Emitter>,
     /// Lights that are not surfaces.
     pub lights: Vec<Arc<dyn Light>>,
-    /// Choice by power of what light sampling aims at: first the emitters, then all of `lights` (whose power is 0 unless
-    /// they shine from a point).
+    /// Choice by power of what light sampling aims at: first the emitters, then all of `lights` (whose power is 0 if they are left to
+    /// chance).
     pub light_choice: Discrete,
     /// The observer at the camera.
     pub camera: Observer,
@@ -57,11 +57,10 @@ pub struct Footprints {
 const ROUGH_FOOTPRINT: f64 = 1e-3;
 
 impl Footprints {
-    /// Footprints in a scene of the given diagonal (scene units), the middle of which is `distance` from a camera whose pixels cover
-    /// `pixel_angle` (rad). A camera within the scene sees it from half the diagonal.
-    pub fn new(diagonal: f64, distance: f64, pixel_angle: f64) -> Self {
-        let camera = pixel_angle * distance.max(0.5 * diagonal);
-        Self { camera, rough: ROUGH_FOOTPRINT * diagonal }
+    /// Footprints in a scene of the given diagonal (scene units), the middle of which is `distance` from a camera; `pixel_width` is
+    /// [`crate::camera::Camera::pixel_width`]. A camera within the scene sees it from half the diagonal.
+    pub fn new(diagonal: f64, distance: f64, pixel_width: impl Fn(f64) -> f64) -> Self {
+        Self { camera: pixel_width(distance.max(0.5 * diagonal)), rough: ROUGH_FOOTPRINT * diagonal }
     }
 }
 
@@ -172,6 +171,12 @@ impl Scene {
         self.world.hole.is_some_and(|h| h.rs > 0.0) && self.integrator.is_curved()
     }
 
+    /// Who measures light at `point` (render space); `None` where nobody can stand.
+    #[inline]
+    pub fn observer(&self, point: DVec3) -> Option<Observer> {
+        self.integrator.observer(&self.world, point)
+    }
+
     /// Wavelength at `observer` over wavelength at the camera.
     #[inline]
     pub fn shift(&self, observer: &Observer) -> f64 {
@@ -187,13 +192,24 @@ impl Scene {
 
     /// The light from far away along the chart direction `direction`, as the camera receives it.
     pub fn sky(&self, direction: DVec3, lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.sky_weighted(direction, lambda, |_| 1.0)
+    }
+
+    /// The same, each light that [`Scene::sample_light`] aims at multiplied by `weight` of the density with which it draws the direction
+    /// (per solid angle far from the hole).
+    pub fn sky_weighted(&self, direction: DVec3, lambda: &SampledWavelengths, weight: impl Fn(f64) -> f32) -> SampledSpectrum {
         let mut sum = SampledSpectrum::ZERO;
         if self.lights.is_empty() {
             return sum;
         }
         let shift = self.shift(&Observer::FLAT);
-        for light in &self.lights {
-            sum += light.sky_radiance(direction, lambda.at(shift as f32));
+        for (i, light) in self.lights.iter().enumerate() {
+            let mut radiance = light.sky_radiance(direction, lambda.at(shift as f32));
+            let pdf = light.sky_pdf(direction);
+            if pdf > 0.0 {
+                radiance *= weight(pdf * self.light_choice.probability(self.emitters.len() + i));
+            }
+            sum += radiance;
         }
         sum * self.radiance_factor(shift)
     }

@@ -10,6 +10,7 @@
 //! WorldBegin
 //! ```
 
+use crate::radii;
 use bhs_core::Plugin;
 use bhs_core::camera::Filter;
 use bhs_core::params::Params;
@@ -23,9 +24,8 @@ struct BoxFilter {
 }
 
 fn build(p: &Params) -> Option<Box<dyn Filter>> {
-    let x = p.get_in("xradius", 0.5, 1e-3..=64.0, "pixels", "half width") as f32;
-    let y = p.get_in("yradius", 0.5, 1e-3..=64.0, "pixels", "half height") as f32;
-    Some(Box::new(BoxFilter { radius: Vec2::new(x, y) }))
+    let [x, y] = radii(p, 0.5);
+    Some(Box::new(BoxFilter { radius: Vec2::new(x as f32, y as f32) }))
 }
 
 impl Filter for BoxFilter {

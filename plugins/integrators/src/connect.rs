@@ -185,15 +185,20 @@ impl Frame {
     }
 
     fn image_of(&self, direction: DVec3, phi: f64) -> u32 {
-        let theta = self.pair.theta;
-        let windings = |turns: f64, least: f64| turns.round().clamp(least, 1e6) as u32;
-        let even = 2 * windings((phi - theta) / TAU, 0.0);
-        let odd = 2 * windings((phi + theta) / TAU, 1.0) - 1;
-        let miss = |image: u32| (swept_angle(theta, image) - phi).abs();
-        // Near theta = 0 and pi the angles agree, and the side on which the ray leaves decides; elsewhere so do both.
-        if (miss(even) - miss(odd)).abs() < 0.1 {
-            return if direction.dot(self.across_x) >= 0.0 { even } else { odd };
-        }
-        if miss(even) < miss(odd) { even } else { odd }
+        number(self.pair.theta, phi, direction.dot(self.across_x) >= 0.0)
     }
+}
+
+/// The number of the image that sweeps `phi` (rad) between ends that are `theta` apart; `across`: whether it leaves on the side of
+/// the other end.
+pub(crate) fn number(theta: f64, phi: f64, across: bool) -> u32 {
+    let windings = |turns: f64, least: f64| turns.round().clamp(least, 1e6) as u32;
+    let even = 2 * windings((phi - theta) / TAU, 0.0);
+    let odd = 2 * windings((phi + theta) / TAU, 1.0) - 1;
+    let miss = |image: u32| (swept_angle(theta, image) - phi).abs();
+    // Near theta = 0 and pi the angles agree, and the side on which the ray leaves decides; elsewhere so do both.
+    if (miss(even) - miss(odd)).abs() < 0.1 {
+        return if across { even } else { odd };
+    }
+    if miss(even) < miss(odd) { even } else { odd }
 }

@@ -6,6 +6,7 @@
 
 use crate::chords::{Chords, chord_angle};
 use crate::connect::{MOST_IMAGES, connect_pair, spread_of};
+use crate::connect_sky::{connect_sky, spread_sky};
 use crate::flight::Tolerance;
 use crate::orbit::{Dense, Fate, OrbitPlane, Stepper};
 use crate::straight::Straight;
@@ -69,6 +70,20 @@ impl Connections for Joined {
         match hole(world) {
             Some(hole) => spread_of(hole, x, launch, y, phi, 2 * self.turns),
             None => Straight.spread(world, x, launch, y, phi),
+        }
+    }
+
+    fn connect_sky(&self, world: &World, x: DVec3, direction: DVec3, turn: u32) -> ConnectionPair {
+        match hole(world) {
+            Some(hole) => connect_sky(hole, x, direction, turn),
+            None => Straight.connect_sky(world, x, direction, turn),
+        }
+    }
+
+    fn spread_sky(&self, world: &World, x: DVec3, launch: DVec3, direction: DVec3, phi: f64) -> Option<f64> {
+        match hole(world) {
+            Some(hole) => spread_sky(hole, x, launch, direction, phi, 2 * self.turns),
+            None => Straight.spread_sky(world, x, launch, direction, phi),
         }
     }
 

@@ -2,12 +2,13 @@
 //!
 //! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`
 //! and `refine` (from steps to hits), `flight` (one ray from start to end; `micro_steps` is the plain way), `connect` and `joined`
-//! (rays between two points), `double` and `polynomial` (arithmetic).
+//! (rays between two points), `connect_sky` (rays to a direction of the sky), `double` and `polynomial` (arithmetic).
 
 pub mod chords;
 pub mod closed_form;
 pub mod connect;
 mod connect_lanes;
+pub mod connect_sky;
 mod connect_solve;
 mod double;
 pub mod flight;
@@ -37,6 +38,6 @@ pub const ALL: &[Plugin<dyn Integrator>] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_solve", "double", "flight", "joined", "micro_steps", "orbit", "polynomial",
+        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_sky", "connect_solve", "double", "flight", "joined", "micro_steps", "orbit", "polynomial",
             "refine", "taylor"]);
 }

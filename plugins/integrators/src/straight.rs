@@ -50,6 +50,12 @@ impl Integrator for Straight {
         })
     }
 
+    fn escapes(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> bool {
+        log.counters.queries += 1;
+        let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
+        !world.intersector.blocked(&segment)
+    }
+
     fn observer(&self, _: &World, _: DVec3) -> Option<Observer> {
         Some(Observer::FLAT)
     }
@@ -76,6 +82,14 @@ impl Connections for Straight {
 
     fn spread(&self, _: &World, x: DVec3, _: DVec3, y: DVec3, _: f64) -> Option<f64> {
         Some((y - x).length_squared())
+    }
+
+    fn connect_sky(&self, _: &World, _: DVec3, direction: DVec3, turn: u32) -> ConnectionPair {
+        [(turn == 0).then_some(Connection { launch: direction, arrival: direction, spread: 1.0, phi: 0.0 }), None]
+    }
+
+    fn spread_sky(&self, _: &World, _: DVec3, _: DVec3, _: DVec3, _: f64) -> Option<f64> {
+        Some(1.0)
     }
 
     fn visible(&self, world: &World, start: &Ray, _: DVec3, y: DVec3, _: &Connection, log: &mut TraceLog) -> bool {

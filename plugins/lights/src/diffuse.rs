@@ -6,7 +6,7 @@
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `L` | spectrum | 1 | W m^-2 sr^-1 nm^-1 | emitted spectral radiance |
-//! | `scale` | float | 1 | | multiplies L |
+//! | `scale` | float | 1 | | multiplies what it emits |
 //! | `twosided` | bool | false | | whether both sides emit |
 //!
 //! ```bhs

@@ -1,41 +1,134 @@
-//! `infinite`: a sky of the same radiance in all directions, infinitely far away.
+//! `infinite`: a sky all around, infinitely far away; of one radiance, or a picture of it.
 //!
-//! The light of every ray that leaves the scene. The radiance is that which an observer at rest far from any hole sees.
+//! The light of every ray that leaves the scene. The radiance is that which an observer at rest far from any hole sees. A picture is
+//! equirectangular (pbrt-v4's are octahedral), in OpenEXR, Radiance HDR, PNG or JPEG. In the space of the light, +z is up: the top row of
+//! the picture is +z, its left edge +x, and it goes on towards +y. A red, green and blue of 1 is D65 of luminance 1. Light sampling draws
+//! directions of a picture by its luminance; the sky of one radiance is found by chance.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `L` | spectrum | 1 | W m^-2 sr^-1 nm^-1 | spectral radiance |
-//! | `scale` | float | 1 | | multiplies L |
+//! | `scale` | float | 1 | | multiplies what it emits |
+//! | `filename` | string | none | | a picture of the sky, instead of `L` |
+//! | `illuminance` | float | none | | irradiance from the upper half (+z), weighted by the eye, to which it is scaled |
 //!
 //! ```bhs
 //! WorldBegin
 //! LightSource "infinite" "spectrum L" 0.5
 //! ```
 
-use crate::scale;
-use bhs_core::light::Light;
+use crate::sky_map::SkyMap;
+use crate::{rescale_to, scale};
+use bhs_core::diagnostics::Diagnostic;
+use bhs_core::light::{Light, SkySample};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
-use glam::DVec3;
+use bhs_images::Image;
+use bhs_spectra::{luminance, rgb_emission};
+use glam::{DMat3, DVec3, Vec2};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// The entry in the list of lights.
-pub const PLUGIN: Plugin<dyn Light> = Plugin { name: "infinite", summary: "a sky of the same radiance in all directions", build };
+pub const PLUGIN: Plugin<dyn Light> =
+    Plugin { name: "infinite", summary: "a sky all around, of one radiance or a picture of it", build };
 
 fn build(p: &Params) -> Option<Box<dyn Light>> {
     let radiance = p.spectrum("L", 1.0, SpectrumRole::Emission, "W m^-2 sr^-1 nm^-1", "spectral radiance");
     let scale = scale(p);
-    Some(Box::new(Infinite { radiance, scale }))
+    let filename = p.optional::<String>("filename", "", "a picture of the sky, instead of `L`");
+    let about = "irradiance from the upper half (+z), weighted by the eye, to which it is scaled";
+    let Some(filename) = filename else {
+        let scale = scale * rescale_to(p, "illuminance", about, || PI * luminance(radiance.as_ref()));
+        return Some(Box::new(Uniform { radiance, scale }));
+    };
+    if p.is_given("L") {
+        p.reject("L", "`L` and `filename` exclude each other", "the picture says how bright the sky is");
+    }
+    let map = read(p, &filename).map(SkyMap::new);
+    let scale = scale * rescale_to(p, "illuminance", about, || map.as_ref().map_or(1.0, SkyMap::illuminance));
+    let map_from_chart = map_from_chart(p)?;
+    Some(Box::new(Pictured { map: map?, map_from_chart, scale }))
 }
 
-struct Infinite {
+/// The picture of the sky, without what no light can be.
+fn read(p: &Params, filename: &str) -> Option<Image> {
+    let span = p.span_of("filename");
+    let fault =
+        |fault: String| p.report(Diagnostic::error("bad-file", format!("cannot read `{filename}`: {fault}")).at(span, ""));
+    let mut image = match p.context().files.read(filename, span).and_then(|bytes| Image::decode(&bytes)) {
+        Ok(image) => image,
+        Err(why) => {
+            fault(why);
+            return None;
+        }
+    };
+    if let Some(i) = image.pixels.iter().position(|c| !c.iter().all(|v| v.is_finite())) {
+        fault(format!("the pixel in column {}, row {} is not finite", i % image.size[0], i / image.size[0]));
+        return None;
+    }
+    let negative = image.pixels.iter_mut().flatten().filter(|v| **v < 0.0).map(|v| *v = 0.0).count();
+    if negative > 0 {
+        let message = format!("`{filename}` is taken as 0 where it is negative: {negative} values");
+        p.report(Diagnostic::warning("negative-light", message).at(span, "light cannot be negative"));
+    }
+    Some(image)
+}
+
+/// Turns directions of the chart into those of the picture: a rotation, mirrored or not.
+fn map_from_chart(p: &Params) -> Option<DMat3> {
+    let m = p.context().world_from_object.matrix3;
+    let scale = m.x_axis.length();
+    let turn = m * scale.recip();
+    let off = (turn.transpose() * turn - DMat3::IDENTITY).to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    // A matrix in a scene file has few digits.
+    if off < 1e-3 {
+        return Some(turn.transpose());
+    }
+    p.report(
+        Diagnostic::error("bad-transform", "the current transform stretches the sky")
+            .at(p.owner().span, "a picture of it can be turned and mirrored only")
+            .help("put `LightSource` outside of the transform, or scale by the same factor in all directions"),
+    );
+    None
+}
+
+/// A sky of one radiance.
+struct Uniform {
     radiance: Arc<dyn Spectrum>,
     scale: f32,
 }
 
-impl Light for Infinite {
+impl Light for Uniform {
     fn sky_radiance(&self, _: DVec3, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
         self.radiance.sample(lambda_nm) * self.scale
+    }
+}
+
+/// A sky as in a picture.
+struct Pictured {
+    map: SkyMap,
+    map_from_chart: DMat3,
+    scale: f32,
+}
+
+impl Light for Pictured {
+    fn sky_radiance(&self, direction: DVec3, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
+        rgb_emission(self.map.colour(self.map_from_chart * direction), lambda_nm) * self.scale
+    }
+
+    fn sample_sky(&self, u: Vec2) -> Option<SkySample> {
+        let (direction, pdf) = self.map.sample(u)?;
+        Some(SkySample { direction: self.map_from_chart.transpose() * direction, pdf, is_parallel: false })
+    }
+
+    fn sky_pdf(&self, direction: DVec3) -> f64 {
+        self.map.pdf(self.map_from_chart * direction)
+    }
+
+    fn power(&self, lo: f32, hi: f32, radius: f64) -> f32 {
+        let d65 = f64::from(crate::mean(bhs_spectra::d65(), lo, hi));
+        (PI * radius * radius * self.map.total() * d65) as f32 * self.scale
     }
 }

@@ -4,25 +4,60 @@ use bhs_core::light::{AreaLight, Light};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::Spectrum;
+use glam::DVec3;
 
 mod diffuse;
+mod distant;
 mod infinite;
 mod point;
+mod sky_map;
+mod spot;
 
 /// Lights that are no surfaces, in alphabetical order.
-pub const ALL: &[Plugin<dyn Light>] = &[infinite::PLUGIN, point::PLUGIN];
+pub const ALL: &[Plugin<dyn Light>] = &[distant::PLUGIN, infinite::PLUGIN, point::PLUGIN, spot::PLUGIN];
 
 /// Emissions of surfaces, in alphabetical order.
 pub const AREA: &[Plugin<dyn AreaLight>] = &[diffuse::PLUGIN];
 
 /// The parameter `scale`, which multiplies what a light emits.
 fn scale(p: &Params) -> f32 {
-    let scale = p.get("scale", 1.0, "", "multiplies L") as f32;
+    let scale = p.get("scale", 1.0, "", "multiplies what it emits") as f32;
     if (0.0..f32::INFINITY).contains(&scale) {
         return scale;
     }
     p.reject("scale", "`scale` must be a number from 0 up", if scale < 0.0 { "light cannot be negative" } else { "too large" });
     1.0
+}
+
+/// What the parameter `name`, if the scene gives it, multiplies a light with so that its strength, weighted by the eye, is the value:
+/// `measure` times the luminance of `spectrum`. As films of bhs show luminance, `integral(L ybar) / integral(ybar)`, pictures are as
+/// bright as those of pbrt-v4, which takes its `power` and `illuminance` in the same units.
+fn rescale(p: &Params, name: &'static str, about: &'static str, spectrum: &dyn Spectrum, measure: f64) -> f32 {
+    rescale_to(p, name, about, || measure * bhs_spectra::luminance(spectrum))
+}
+
+/// The same for a light of the strength `strength`.
+fn rescale_to(p: &Params, name: &'static str, about: &'static str, strength: impl Fn() -> f64) -> f32 {
+    match p.optional::<f64>(name, "", about) {
+        None => 1.0,
+        Some(wanted) if wanted <= 0.0 => {
+            p.reject(name, format!("`{name}` must be above 0"), format!("found {wanted}"));
+            1.0
+        }
+        Some(wanted) => {
+            let factor = (wanted / strength()) as f32;
+            if factor.is_finite() {
+                return factor;
+            }
+            p.reject(name, format!("`{name}` cannot be reached"), "the eye sees nothing of this light");
+            1.0
+        }
+    }
+}
+
+/// The unit vector along `v`, if it has a direction.
+fn unit(v: DVec3) -> Option<DVec3> {
+    v.try_normalize()
 }
 
 /// The mean of a spectrum over `lo..=hi`, in nm, by the midpoint rule with steps of at most a nanometre.
@@ -34,4 +69,4 @@ fn mean(spectrum: &dyn Spectrum, lo: f32, hi: f32) -> f32 {
 }
 
 #[cfg(test)]
-bhs_core::every_file_is_listed!([ALL, AREA], helpers: []);
+bhs_core::every_file_is_listed!([ALL, AREA], helpers: ["sky_map"]);

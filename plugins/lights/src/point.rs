@@ -7,15 +7,16 @@
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `I` | spectrum | 1 | W sr^-1 nm^-1 | spectral intensity |
-//! | `scale` | float | 1 | | multiplies I |
+//! | `scale` | float | 1 | | multiplies what it emits |
 //! | `from` | point3 | 0 0 0 | scene | where it is, under the current transform |
+//! | `power` | float | none | | instead of the strength of `I`: power weighted by the eye, over all directions |
 //!
 //! ```bhs
 //! WorldBegin
 //! LightSource "point" "spectrum I" 4 "point3 from" [0 2 0]
 //! ```
 
-use crate::{mean, scale};
+use crate::{mean, rescale, scale};
 use bhs_core::light::Light;
 use bhs_core::params::{Params, Point3};
 use bhs_core::plugin::Plugin;
@@ -31,6 +32,8 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let intensity = p.spectrum("I", 1.0, SpectrumRole::Emission, "W sr^-1 nm^-1", "spectral intensity");
     let scale = scale(p);
     let from = p.get("from", Point3(DVec3::ZERO), "scene", "where it is, under the current transform");
+    let about = "instead of the strength of `I`: power weighted by the eye, over all directions";
+    let scale = scale * rescale(p, "power", about, intensity.as_ref(), 4.0 * f64::from(PI));
     let position = p.context().world_from_object.transform_point3(from.0);
     Some(Box::new(Point { intensity, scale, position }))
 }
@@ -51,7 +54,7 @@ impl Light for Point {
         self.intensity.sample(lambda_nm) * self.scale
     }
 
-    fn power(&self, lo: f32, hi: f32) -> f32 {
+    fn power(&self, lo: f32, hi: f32, _: f64) -> f32 {
         4.0 * PI * mean(self.intensity.as_ref(), lo, hi) * self.scale
     }
 

@@ -60,6 +60,7 @@ fn build<T: ?Sized>(plugin: &Plugin<T>, params: &[Param]) -> (Option<Box<T>>, Ve
     let context = Context {
         files: &NoFiles,
         spectra: &Ramps,
+        named: &bhs_core::texture::Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         hole: None,
@@ -79,9 +80,21 @@ fn area(params: &[Param]) -> Box<dyn AreaLight> {
 }
 
 fn sky(params: &[Param]) -> Box<dyn Light> {
-    let (light, errors) = build(&bhs_lights::ALL[0], params);
+    light("infinite", params)
+}
+
+fn light(name: &str, params: &[Param]) -> Box<dyn Light> {
+    let (light, errors) = build(plugin(name), params);
     assert_eq!(errors, Vec::<String>::new());
     light.expect("no errors, so a light")
+}
+
+fn plugin(name: &str) -> &'static Plugin<dyn Light> {
+    bhs_lights::ALL.iter().find(|p| p.name == name).expect("a light")
+}
+
+fn point3(name: &str, values: [f64; 3]) -> Param {
+    param(ParamType::Point3, name, Values::Numbers { values: values.to_vec(), whole: false })
 }
 
 const LAMBDA: [f32; 4] = [400.0, 500.0, 600.0, 700.0];
@@ -134,9 +147,85 @@ fn the_sky_is_one_by_default() {
 
 #[test]
 fn faults_are_told() {
-    let errors = |params: &[Param]| build(&bhs_lights::ALL[0], params).1;
+    let errors = |params: &[Param]| build(plugin("infinite"), params).1;
     assert_eq!(errors(&[number(ParamType::Float, "scale", -1.0)]), ["`scale` must be a number from 0 up"]);
     assert_eq!(errors(&[number(ParamType::Float, "scale", 1e300)]), ["`scale` must be a number from 0 up"]);
-    assert_eq!(errors(&[number(ParamType::Integer, "filename", 1.0)]), ["unknown parameter `filename`"]);
+    assert_eq!(errors(&[number(ParamType::Integer, "filename", 1.0)]), ["`filename` has the type `string`, not `integer`"]);
+    assert_eq!(errors(&[number(ParamType::Integer, "portal", 1.0)]), ["unknown parameter `portal`"]);
+    assert_eq!(errors(&[number(ParamType::Float, "illuminance", -1.0)]), ["`illuminance` must be above 0"]);
+    let dark = [number(ParamType::Spectrum, "L", 0.0), number(ParamType::Float, "illuminance", 1.0)];
+    assert_eq!(errors(&dark), ["`illuminance` cannot be reached"]);
+    let same = [point3("from", [1.0, 2.0, 3.0]), point3("to", [1.0, 2.0, 3.0])];
+    for name in ["distant", "spot"] {
+        assert_eq!(build(plugin(name), &same).1, ["`from` and `to` are the same point"]);
+    }
     assert_eq!(errors(&[number(ParamType::Point2, "L", 1.0)]), ["`L` takes a spectrum, not a value of the type `point2`"]);
+}
+
+/// Directions all over the sphere with equal solid angles.
+fn directions(n: u32) -> impl Iterator<Item = DVec3> {
+    (0..n).map(move |i| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
+        let (sin, cos) = (f64::from(i) * 2.399_963_229_728_653).sin_cos();
+        let s = (1.0 - z * z).sqrt();
+        DVec3::new(s * cos, s * sin, z)
+    })
+}
+
+#[test]
+fn a_spot_falls_off_between_its_cones_and_its_power_is_the_integral() {
+    let params = [
+        number(ParamType::Float, "coneangle", 40.0),
+        number(ParamType::Float, "conedeltaangle", 15.0),
+        point3("from", [1.0, 1.0, 1.0]),
+        point3("to", [1.0, 3.0, 1.0]),
+        number(ParamType::Spectrum, "I", 7.0),
+    ];
+    let spot = light("spot", &params);
+    assert_eq!(spot.position(), Some(DVec3::ONE));
+    let towards = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        spot.intensity(DVec3::new(sin, cos, 0.0), [500.0; 4])[0]
+    };
+    assert_eq!([towards(0.0), towards(24.9), towards(40.1), towards(180.0)], [7.0, 7.0, 0.0, 0.0]);
+    // Half way in cosine it is half.
+    let middle = ((40f64.to_radians().cos() + 25f64.to_radians().cos()) / 2.0).acos().to_degrees();
+    assert!((towards(middle) - 3.5).abs() < 1e-4 && towards(39.0) < towards(30.0));
+    let n = 200_000;
+    let sum: f64 = directions(n).map(|d| f64::from(spot.intensity(d, [500.0; 4])[0])).sum();
+    let power = 4.0 * std::f64::consts::PI * sum / f64::from(n);
+    assert!((power / f64::from(spot.power(500.0, 500.0, 1.0)) - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn power_and_illuminance_say_how_bright_a_light_is() {
+    // The luminance of a ramp by its value at 500 nm: the mean wavelength of y-bar (560.2 nm by the observer's table) over 500 nm.
+    let luminance = |at_500: f32| at_500 * 560.2 / 500.0;
+    for (name, strength, measure) in [("point", "I", 4.0 * PI), ("spot", "I", 0.0)] {
+        let params = [number(ParamType::Spectrum, strength, 5.0), number(ParamType::Float, "power", 30.0)];
+        let l = light(name, &params);
+        let n = 100_000;
+        let along = luminance(l.intensity(DVec3::Z, [500.0; 4])[0]);
+        let solid_angle = if measure > 0.0 {
+            measure
+        } else {
+            directions(n).map(|d| l.intensity(d, [500.0; 4])[0] / l.intensity(DVec3::Z, [500.0; 4])[0]).sum::<f32>() * 4.0 * PI
+                / n as f32
+        };
+        assert!((along * solid_angle / 30.0 - 1.0).abs() < 2e-3, "{name}: {along} {solid_angle}");
+    }
+    let distant = light("distant", &[number(ParamType::Float, "illuminance", 30.0), number(ParamType::Float, "scale", 2.0)]);
+    assert!((distant.irradiance([500.0; 4])[0] / 60.0 - 1.0).abs() < 1e-5, "of an equal-energy spectrum, times `scale`");
+    let sky = sky(&[number(ParamType::Float, "illuminance", 30.0)]);
+    assert!((sky.sky_radiance(DVec3::Z, [500.0; 4])[0] * PI / 30.0 - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn a_distant_light_shines_from_from_to_to() {
+    let distant = light("distant", &[point3("from", [0.0, 3.0, 4.0]), point3("to", [0.0, 0.0, 0.0])]);
+    let sample = distant.sample_sky(Vec2::splat(0.3)).expect("a direction");
+    assert!((sample.direction - DVec3::new(0.0, 0.6, 0.8)).length() < 1e-12 && sample.is_parallel);
+    assert_eq!((distant.sky_radiance(sample.direction, LAMBDA), distant.sky_pdf(sample.direction)), (SampledSpectrum::ZERO, 0.0));
+    // pi r^2 falls on a sphere.
+    assert!((distant.power(400.0, 700.0, 3.0) / (9.0 * PI) - 1.0).abs() < 1e-5);
 }

@@ -2,13 +2,14 @@
 
 mod independent;
 mod sobol;
+mod stratified;
 
 use bhs_core::Plugin;
 use bhs_core::params::Params;
 use bhs_core::sampling::{Sampler, mix64};
 
 /// All samplers, by name.
-pub const ALL: &[Plugin<dyn Sampler>] = &[independent::PLUGIN, sobol::PLUGIN];
+pub const ALL: &[Plugin<dyn Sampler>] = &[independent::PLUGIN, sobol::PLUGIN, stratified::PLUGIN];
 
 /// What all samplers take: the number of samples, and the seed of the render.
 fn pixel_samples_and_seed(p: &Params) -> (u32, u64) {
@@ -28,10 +29,11 @@ mod tests {
 
     bhs_core::every_file_is_listed!([super::ALL], helpers: []);
 
-    fn samplers() -> [(&'static str, Box<dyn Sampler>); 2] {
+    fn samplers() -> [(&'static str, Box<dyn Sampler>); 3] {
         [
             ("independent", Box::new(super::independent::Independent { samples: 16, seed: 7 })),
             ("sobol", Box::new(super::sobol::Sobol { samples: 16, seed: 7 })),
+            ("stratified", Box::new(super::stratified::Stratified { grid: [4, 4], jitter: true, seed: 7 })),
         ]
     }
 

@@ -29,11 +29,17 @@ mod constant;
 mod file;
 mod planck;
 mod rgb;
+mod rgb_emission;
 mod sellmeier;
 mod table;
 mod tabulated;
 mod tolman;
 mod upsample;
+mod upsample_table;
+
+pub use rgb_emission::rgb_emission;
+pub use upsample::Sigmoid;
+pub use upsample_table::SmoothSpectra;
 
 /// A spectrum, or everything that is wrong with its parameter.
 pub type Built = Result<Arc<dyn Spectrum>, Vec<Diagnostic>>;
@@ -61,6 +67,16 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
 /// The standard illuminant D65, scaled to luminance 1: a surface of reflectance 1 under it has the linear sRGB colour (1, 1, 1).
 pub fn d65() -> &'static dyn Spectrum {
     &colorimetry::colorimetry().d65
+}
+
+/// What the eye sees of a spectrum, relative to one that is 1 at all wavelengths: `integral(L ybar) / integral(ybar)`.
+pub fn luminance(spectrum: &dyn Spectrum) -> f64 {
+    let (mut seen, mut total) = (0.0, 0.0);
+    for [lambda, _, y, _] in colorimetry::observer() {
+        seen += y * f64::from(spectrum.at(lambda as f32));
+        total += y;
+    }
+    seen / total
 }
 
 /// Makes spectra from parameters with the plugins of this crate.
@@ -129,5 +145,5 @@ fn check_role(
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["colorimetry", "planck", "sellmeier", "tabulated", "upsample"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["colorimetry", "planck", "rgb_emission", "sellmeier", "tabulated", "upsample", "upsample_table"]);
 }

@@ -1,13 +1,14 @@
 //! Light transport. One file, one plugin.
 
 mod hemisphere;
+mod normals;
 mod path;
 
 use bhs_core::Plugin;
 use bhs_core::transport::LightTransport;
 
 /// All methods of light transport, by name.
-pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, path::PLUGIN];
+pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, normals::PLUGIN, path::PLUGIN];
 
 #[cfg(test)]
 mod tests {

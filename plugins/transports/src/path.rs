@@ -72,6 +72,24 @@ impl Chosen {
         let per_area = spread / vertex.hit.direction.dot(vertex.normal).abs();
         balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
     }
+
+    /// The light of the sky that `ray` has found in the direction `direction` after sweeping `phi`, weighted likewise.
+    fn sky(
+        &self,
+        scene: &Scene,
+        connections: &dyn Connections,
+        ray: &Ray,
+        direction: DVec3,
+        phi: f64,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        scene.sky_weighted(direction, lambda, |pdf| {
+            match connections.spread_sky(&scene.world, self.from, ray.direction, direction, phi) {
+                Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
+                None => 1.0,
+            }
+        })
+    }
 }
 
 impl LightTransport for Path {
@@ -95,7 +113,11 @@ impl LightTransport for Path {
             let hit = match scene.integrator.trace(&scene.world, &ray, log) {
                 Arrival::Surface(hit) => hit,
                 Arrival::Sky(direction) => {
-                    radiance += throughput * scene.sky(direction, &lambda);
+                    let sky = match (connections, &chosen) {
+                        (Some(c), Some(chosen)) => chosen.sky(scene, c, &ray, direction, log.phi, &lambda),
+                        _ => scene.sky(direction, &lambda),
+                    };
+                    radiance += throughput * sky;
                     break;
                 }
                 Arrival::Hole | Arrival::OutOfSteps => break,
@@ -184,7 +206,7 @@ struct Sought<'a> {
 impl Sought<'_> {
     /// What arrives along a straight line, scattered back along the path.
     fn straight(&self, log: &mut TraceLog) -> SampledSpectrum {
-        let [connection, _] = self.connections.connect(&self.scene.world, self.vertex.hit.point, self.light.point, 0);
+        let [connection, _] = self.scene.connect(self.connections, self.vertex.hit.point, self.light, 0);
         let Some(connection) = connection else { return SampledSpectrum::ZERO };
         log.counters.connections += 1;
         let carried = self.carried(&connection);
@@ -200,7 +222,7 @@ impl Sought<'_> {
     fn bent<const N: usize>(&self, found: f32, spare: f32, log: &mut TraceLog) -> SampledSpectrum {
         let mut images = [None; N];
         for (turn, images) in (0..self.connections.turns()).zip(images.chunks_exact_mut(2)) {
-            let pair = self.connections.connect(&self.scene.world, self.vertex.hit.point, self.light.point, turn);
+            let pair = self.scene.connect(self.connections, self.vertex.hit.point, self.light, turn);
             for (image, connection) in images.iter_mut().zip(pair) {
                 *image = connection.map(|c| (c, self.carried(&c)));
             }
@@ -229,7 +251,7 @@ impl Sought<'_> {
         log.counters.connections_searched += 1;
         let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, connection.launch) };
         let queries = log.counters.queries;
-        let visible = self.connections.visible(&scene.world, &start, vertex.hit.point, self.light.point, connection, log);
+        let visible = scene.visible(self.connections, &start, vertex.hit.point, self.light, connection, log);
         log.counters.connection_queries += log.counters.queries - queries;
         log.counters.connections_blocked += u64::from(!visible);
         visible

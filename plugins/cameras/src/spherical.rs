@@ -1,0 +1,148 @@
+//! `spherical`: everything around one point in one picture.
+//!
+//! Camera space has +y up. `equirectangular`: the top row looks along +y, the left edge along +x, and the picture goes on towards +z.
+//! `equalarea`: the octahedral map of equal solid angles (Clarberg 2008), +y in its middle, for square pictures. Directions are those that
+//! the observer at the camera measures.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `mapping` | string | "equalarea" | | `equalarea` or `equirectangular` |
+//!
+//! ```bhs
+//! Camera "spherical" "string mapping" "equirectangular"
+//! WorldBegin
+//! ```
+
+use bhs_core::Plugin;
+use bhs_core::camera::{Camera, CameraRay};
+use bhs_core::params::Params;
+use glam::{DAffine3, DVec2, DVec3, Vec2};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Camera> = Plugin { name: "spherical", summary: "everything around one point in one picture", build };
+
+#[derive(Clone, Copy, PartialEq)]
+enum Mapping {
+    EqualArea,
+    Equirectangular,
+}
+
+struct Spherical {
+    /// Camera space to render space.
+    render_from_camera: DAffine3,
+    mapping: Mapping,
+    /// Width and height (pixels).
+    resolution: DVec2,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Camera>> {
+    let name = p.get("mapping", "equalarea".to_owned(), "", "`equalarea` or `equirectangular`");
+    let mapping = match name.as_str() {
+        "equalarea" => Mapping::EqualArea,
+        "equirectangular" => Mapping::Equirectangular,
+        _ => {
+            p.reject("mapping", "unknown mapping", "expected `equalarea` or `equirectangular`");
+            return None;
+        }
+    };
+    let [x, y] = p.context().resolution.map(f64::from);
+    Some(Box::new(Spherical { render_from_camera: p.context().world_from_object, mapping, resolution: DVec2::new(x, y) }))
+}
+
+/// A direction (z up) of a point of the unit square, by which equal areas are equal solid angles (Clarberg 2008, "Fast Equal-Area Mapping
+/// of the (Hemi)Sphere using SIMD"); outside of the square the map goes on over its edges.
+fn equal_area_direction(mut p: DVec2) -> DVec3 {
+    // Over an edge, one comes back half way along it.
+    if !(0.0..=1.0).contains(&p.x) {
+        p = DVec2::new(if p.x < 0.0 { -p.x } else { 2.0 - p.x }, 1.0 - p.y);
+    }
+    if !(0.0..=1.0).contains(&p.y) {
+        p = DVec2::new(1.0 - p.x, if p.y < 0.0 { -p.y } else { 2.0 - p.y });
+    }
+    let uv = 2.0 * p - 1.0;
+    let a = uv.abs();
+    // Distance from the diagonal between the hemispheres; radius on the disk.
+    let signed = 1.0 - (a.x + a.y);
+    let r = 1.0 - signed.abs();
+    let phi = if r == 0.0 { FRAC_PI_4 } else { ((a.y - a.x) / r + 1.0) * FRAC_PI_4 };
+    let sin_theta = r * (2.0 - r * r).max(0.0).sqrt();
+    let z = (1.0 - r * r).copysign(signed);
+    DVec3::new(phi.cos().copysign(uv.x) * sin_theta, phi.sin().copysign(uv.y) * sin_theta, z)
+}
+
+impl Camera for Spherical {
+    fn ray(&self, raster: DVec2, _: Vec2) -> CameraRay {
+        let uv = raster / self.resolution;
+        let up_is_z = match self.mapping {
+            Mapping::EqualArea => equal_area_direction(uv),
+            Mapping::Equirectangular => {
+                let ((sin, cos), (sin_phi, cos_phi)) = ((PI * uv.y).sin_cos(), (TAU * uv.x).sin_cos());
+                DVec3::new(sin * cos_phi, sin * sin_phi, cos)
+            }
+        };
+        let direction = DVec3::new(up_is_z.x, up_is_z.z, up_is_z.y);
+        CameraRay { origin: self.position(), direction: self.render_from_camera.transform_vector3(direction).normalize() }
+    }
+
+    fn position(&self) -> DVec3 {
+        self.render_from_camera.translation
+    }
+
+    fn pixel_width(&self, distance: f64) -> f64 {
+        let angle = match self.mapping {
+            Mapping::EqualArea => (2.0 * TAU / (self.resolution.x * self.resolution.y)).sqrt(),
+            Mapping::Equirectangular => (TAU / self.resolution.x).min(PI / self.resolution.y),
+        };
+        angle * distance
+    }
+
+    fn rebase(&mut self, origin: DVec3) {
+        self.render_from_camera.translation -= origin;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_areas_are_equal_solid_angles() {
+        // Solid angles of small cells all over the square.
+        let n = 40;
+        let cell = 4.0 * PI / f64::from(n * n);
+        let mut sum = 0.0;
+        for i in 0..n * n {
+            let corner = |dx: f64, dy: f64| {
+                let p = DVec2::new(f64::from(i % n) + dx, f64::from(i / n) + dy) / f64::from(n);
+                equal_area_direction(p)
+            };
+            let [a, b, c, d] = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+            assert!((a.length() - 1.0).abs() < 1e-12);
+            // Two spherical triangles (Van Oosterom and Strackee 1983).
+            let triangle =
+                |a: DVec3, b: DVec3, c: DVec3| 2.0 * a.dot(b.cross(c)).abs().atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+            let solid_angle = triangle(a, b, c) + triangle(a, c, d);
+            sum += solid_angle;
+            assert!((solid_angle / cell - 1.0).abs() < 0.05, "{i}: {solid_angle} {cell}");
+        }
+        assert!((sum / (4.0 * PI) - 1.0).abs() < 1e-3);
+        assert_eq!(equal_area_direction(DVec2::splat(0.5)), DVec3::Z);
+        assert!((equal_area_direction(DVec2::ZERO) + DVec3::Z).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_map_goes_on_over_its_edges() {
+        for t in [0.1, 0.3, 0.8] {
+            for (inside, outside) in [
+                (DVec2::new(1e-9, t), DVec2::new(-1e-9, t)),
+                (DVec2::new(1.0 - 1e-9, t), DVec2::new(1.0 + 1e-9, t)),
+                (DVec2::new(t, 1e-9), DVec2::new(t, -1e-9)),
+                (DVec2::new(t, 1.0 - 1e-9), DVec2::new(t, 1.0 + 1e-9)),
+            ] {
+                let gap = (equal_area_direction(inside) - equal_area_direction(outside)).length();
+                assert!(gap < 1e-6, "{inside} {outside}: {gap}");
+            }
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! What all films share: size, crop and file, the range of wavelengths, linear sRGB, and how that is displayed.
+
+use crate::cie::{Observer, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
+use bhs_core::diagnostics::{Diagnostic, Spanned};
+use bhs_core::layer::Layer;
+use bhs_core::params::Params;
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
+
+/// How a linear value between 0 and infinity becomes one between 0 and 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum ToneCurve {
+    /// Everything above 1 is white.
+    Clip,
+    /// `x (1 + x/16) / (1 + x)` per channel: white at 4 (Reinhard et al. 2002, eq. 4).
+    Reinhard,
+    /// Narkowicz' 2016 fit of the ACES filmic curve, which shows 0.18 as about 0.18.
+    Aces,
+}
+
+impl ToneCurve {
+    fn apply(self, x: f32) -> f32 {
+        let x = x.max(0.0);
+        match self {
+            Self::Clip => x,
+            Self::Reinhard => x * (1.0 + x / 16.0) / (1.0 + x),
+            Self::Aces => {
+                let x = 0.6 * x;
+                (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
+            }
+        }
+    }
+}
+
+/// A picture in linear sRGB.
+pub(crate) struct Picture {
+    pub resolution: [u32; 2],
+    pub crop: [u32; 4],
+    pub filename: String,
+    pub range: [f32; 2],
+    pub layers: Vec<Layer>,
+    observer: Observer,
+    scale: f32,
+    curve: ToneCurve,
+}
+
+impl Picture {
+    /// Reads them.
+    pub fn read(p: &Params) -> Option<Self> {
+        let x = p.get_in("xresolution", 1280, 1..=65_536, "pixels", "width") as u32;
+        let y = p.get_in("yresolution", 720, 1..=65_536, "pixels", "height") as u32;
+        let window = p.get(
+            "cropwindow",
+            vec![0.0, 1.0, 0.0, 1.0],
+            "",
+            "part that is rendered: x from, x to, y from, y to, of width and height",
+        );
+        let filename = p.get("filename", "bhs.exr".to_owned(), "", "file to write, seen from where the program is started");
+        let lo = p.get_in("lambdamin", 360.0, 1.0..=1e7, "nm", "least recorded wavelength") as f32;
+        let hi = p.get_in("lambdamax", 830.0, 1.0..=1e7, "nm", "greatest recorded wavelength") as f32;
+        let exposure = p.get_in("exposure", 0.0, -64.0..=64.0, "stops", "brightness of the PNG");
+        let curve = p.get("tonecurve", "clip".to_owned(), "", "of the PNG: `clip`, `reinhard` or `aces`");
+        let layers = read_layers(p);
+        if lo >= hi {
+            p.reject("lambdamax", "`lambdamax` is not above `lambdamin`", format!("expected more than {lo} nm"));
+            return None;
+        }
+        let curve = match curve.as_str() {
+            "clip" => ToneCurve::Clip,
+            "reinhard" => ToneCurve::Reinhard,
+            "aces" => ToneCurve::Aces,
+            _ => {
+                p.reject("tonecurve", "unknown tone curve", "expected `clip`, `reinhard` or `aces`");
+                ToneCurve::Clip
+            }
+        };
+        let crop = match window.as_slice() {
+            &[x0, x1, y0, y1] if (0.0..x1).contains(&x0) && (0.0..y1).contains(&y0) && x1 <= 1.0 && y1 <= 1.0 => {
+                // As in pbrt: from the first pixel at or after the start to the last before the end.
+                let at = |f: f64, n: u32| (f * f64::from(n)).ceil() as u32;
+                [at(x0, x), at(x1, x), at(y0, y), at(y1, y)]
+            }
+            _ => {
+                p.reject(
+                    "cropwindow",
+                    "`cropwindow` expects 4 numbers",
+                    "x from, x to, y from, y to, between 0 and 1, from below to",
+                );
+                [0, x, 0, y]
+            }
+        };
+        if crop[0] >= crop[1] || crop[2] >= crop[3] {
+            p.reject("cropwindow", "`cropwindow` holds no pixel", "expected a window that holds at least one pixel");
+        }
+        Some(Self {
+            resolution: [x, y],
+            crop,
+            filename,
+            range: [lo, hi],
+            observer: Observer::cie_1931(),
+            scale: 2f32.powf(exposure as f32),
+            curve,
+            layers,
+        })
+    }
+
+    /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to red, green and blue.
+    pub fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]) {
+        let mut xyz = [0.0; 3];
+        for i in 0..N_LAMBDA {
+            let weight = f64::from(radiance[i]) / (f64::from(lambda.pdf[i]) * N_LAMBDA as f64 * Y_INTEGRAL);
+            let matching = self.observer.at(lambda.lambda_nm[i]);
+            for k in 0..3 {
+                xyz[k] += weight * f64::from(matching[k]);
+            }
+        }
+        for (sum, value) in sums.iter_mut().zip(srgb_from_xyz(xyz)) {
+            *sum += value;
+        }
+    }
+
+    /// Display colour (sRGB, encoded, 0 to 1) of red, green and blue.
+    pub fn display(&self, channels: &[f32]) -> [f32; 3] {
+        std::array::from_fn(|i| srgb_encode(self.curve.apply(channels[i] * self.scale)))
+    }
+}
+
+/// The layers that the scene asks for, each once.
+fn read_layers(p: &Params) -> Vec<Layer> {
+    let mut layers = Vec::new();
+    for name in p.get("layers", Vec::<Spanned<String>>::new(), "", "what else is recorded, such as \"sweptangle\"") {
+        match Layer::from_name(&name.value) {
+            Ok(layer) if layers.contains(&layer) => p.report(
+                Diagnostic::error("duplicate-layer", format!("the layer `{}` is named twice", name.value))
+                    .at(name.span, "named again here")
+                    .help("remove one of the two"),
+            ),
+            Ok(layer) => layers.push(layer),
+            Err(help) => {
+                p.report(Diagnostic::error("unknown-layer", "unknown layer of the film").at(name.span, "").help(help));
+            }
+        }
+    }
+    layers
+}

@@ -1,0 +1,217 @@
+//! A picture of the whole sky, and how to draw directions from it by brightness.
+//!
+//! The picture is equirectangular, in a space of its own whose z axis points up: its top row is +z, its left edge +x, and it goes on
+//! towards +y. Pixels are patches of one radiance each, so that the density can be proportional to the radiance everywhere.
+
+use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
+use bhs_images::Image;
+use glam::{DVec3, Vec2};
+use std::f64::consts::{PI, TAU};
+
+/// A sky. Directions are unit vectors of its own space.
+pub struct SkyMap {
+    image: Image,
+    /// Choice of a row: by its luminance times its solid angle.
+    rows: Discrete,
+    /// For each row, the share of its pixels up to and including each one.
+    columns: Vec<f32>,
+}
+
+/// Luminance of a linear sRGB colour.
+fn luminance([r, g, b]: [f32; 3]) -> f64 {
+    0.212_671 * f64::from(r) + 0.715_160 * f64::from(g) + 0.072_169 * f64::from(b)
+}
+
+impl SkyMap {
+    /// The sky of a picture whose values are finite and not negative.
+    pub fn new(image: Image) -> Self {
+        let [width, height] = image.size;
+        let mut columns = Vec::with_capacity(width * height);
+        let mut rows = Vec::with_capacity(height);
+        for (y, row) in image.pixels.chunks_exact(width).enumerate() {
+            let total: f64 = row.iter().copied().map(luminance).sum();
+            let mut sum = 0.0;
+            columns.extend(row.iter().map(|pixel| {
+                sum += luminance(*pixel);
+                if total > 0.0 { (sum / total) as f32 } else { 0.0 }
+            }));
+            rows.push(total * row_solid_angle(y, height) / width as f64);
+        }
+        Self { image, rows: Discrete::new(rows), columns }
+    }
+
+    /// The colour in a direction.
+    pub fn colour(&self, direction: DVec3) -> [f32; 3] {
+        let [x, y] = self.pixel(direction);
+        self.image.pixels[y * self.image.size[0] + x]
+    }
+
+    /// The integral of the luminance over all directions.
+    pub fn total(&self) -> f64 {
+        self.rows.total()
+    }
+
+    /// What falls on a horizontal surface from above: the integral of luminance times cosine over the upper half.
+    pub fn illuminance(&self) -> f64 {
+        let [width, height] = self.image.size;
+        let rows = self.image.pixels.chunks_exact(width).enumerate();
+        rows.map(|(y, row)| {
+            // The integral of sin cos over what part of the row lies above the horizon.
+            let [top, bottom] = [y, y + 1].map(|y| (y as f64 / height as f64 * PI).min(PI / 2.0).sin());
+            let mean = row.iter().copied().map(luminance).sum::<f64>() / width as f64;
+            mean * PI * (bottom * bottom - top * top)
+        })
+        .sum()
+    }
+
+    /// A direction and its density per solid angle. `None` if all is black.
+    pub fn sample(&self, u: Vec2) -> Option<(DVec3, f64)> {
+        let [width, height] = self.image.size;
+        let (y, v) = self.rows.sample(u.y)?;
+        let row = &self.columns[y * width..][..width];
+        let x = row.partition_point(|c| *c <= u.x).min(width - 1);
+        let (before, share) = self.column_share(x, y);
+        if share <= 0.0 {
+            return None;
+        }
+        let within = ((u.x - before) / share).clamp(0.0, ONE_MINUS_EPSILON);
+        // Evenly over the solid angle of the pixel.
+        let [top, bottom] = row_cosines(y, height);
+        let z = top + (bottom - top) * f64::from(v);
+        let (sin, phi) = ((1.0 - z * z).max(0.0).sqrt(), TAU * (x as f64 + f64::from(within)) / width as f64);
+        Some((DVec3::new(sin * phi.cos(), sin * phi.sin(), z), self.density(x, y)))
+    }
+
+    /// The density with which [`SkyMap::sample`] draws a direction, per solid angle.
+    pub fn pdf(&self, direction: DVec3) -> f64 {
+        if self.total() <= 0.0 {
+            return 0.0;
+        }
+        let [x, y] = self.pixel(direction);
+        self.density(x, y)
+    }
+
+    /// The density within a pixel.
+    fn density(&self, x: usize, y: usize) -> f64 {
+        let [width, height] = self.image.size;
+        let share = self.rows.probability(y) * f64::from(self.column_share(x, y).1);
+        share * width as f64 / row_solid_angle(y, height)
+    }
+
+    /// The share of its row that lies before a pixel, and its own: as drawn, roundings included.
+    fn column_share(&self, x: usize, y: usize) -> (f32, f32) {
+        let row = &self.columns[y * self.image.size[0]..];
+        let before = if x == 0 { 0.0 } else { row[x - 1] };
+        (before, row[x] - before)
+    }
+
+    fn pixel(&self, direction: DVec3) -> [usize; 2] {
+        let [width, height] = self.image.size;
+        let phi = direction.y.atan2(direction.x).rem_euclid(TAU);
+        // The sine, too: near the poles the cosine alone is blunt.
+        let theta = direction.x.hypot(direction.y).atan2(direction.z);
+        let at = |share: f64, n: usize| ((share * n as f64) as usize).min(n - 1);
+        [at(phi / TAU, width), at(theta / PI, height)]
+    }
+}
+
+/// Cosines of the polar angles of a row's upper and lower edge, in a picture of `height` rows.
+fn row_cosines(y: usize, height: usize) -> [f64; 2] {
+    [y, y + 1].map(|y| (PI * y as f64 / height as f64).cos())
+}
+
+/// Solid angle of a row.
+fn row_solid_angle(y: usize, height: usize) -> f64 {
+    let [top, bottom] = row_cosines(y, height);
+    TAU * (top - bottom)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bhs_core::sampling::mix64;
+
+    fn sky(size: [usize; 2]) -> SkyMap {
+        // Anything from black to a sun.
+        let pixel = |i: usize| match mix64(i as u64) % 7 {
+            0 => [0.0; 3],
+            1 => [20.0, 10.0, 5.0],
+            k => [0.1 * k as f32, 0.2, 0.05 * k as f32],
+        };
+        SkyMap::new(Image { size, pixels: (0..size[0] * size[1]).map(pixel).collect() })
+    }
+
+    fn number(i: u64) -> f32 {
+        (mix64(i) >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    #[test]
+    fn directions_are_drawn_with_the_density_that_is_said() {
+        // Chi-square over cells that are no multiple of the pixels; expected counts from what they have in common.
+        let (width, height) = (13, 7);
+        let map = sky([width, height]);
+        let (across, down, n) = (10, 8, 400_000);
+        let common = |a: [f64; 2], b: [f64; 2]| (a[1].min(b[1]) - a[0].max(b[0])).max(0.0);
+        let span = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
+        let heights = |i: usize, n: usize| span(i, n).map(|v| -(PI * v).cos());
+        let mut expected = vec![0.0; across * down];
+        for (i, cell) in expected.iter_mut().enumerate() {
+            for (k, pixel) in map.image.pixels.iter().enumerate() {
+                let phi = TAU * common(span(i % across, across), span(k % width, width));
+                let z = common(heights(i / across, down), heights(k / width, height));
+                *cell += luminance(*pixel) * phi * z / map.total();
+            }
+        }
+        let total: f64 = expected.iter().sum();
+        assert!((total - 1.0).abs() < 1e-9, "{total}");
+        let mut counts = vec![0.0; across * down];
+        for i in 0..n {
+            let Some((d, pdf)) = map.sample(Vec2::new(number(2 * i), number(2 * i + 1))) else { continue };
+            assert!((pdf / map.pdf(d) - 1.0).abs() < 1e-6);
+            let phi = d.y.atan2(d.x).rem_euclid(TAU);
+            let theta = d.z.clamp(-1.0, 1.0).acos();
+            counts[(theta / PI * down as f64) as usize * across + (phi / TAU * across as f64) as usize] += 1.0;
+        }
+        let chi: f64 = expected.iter().zip(&counts).map(|(e, c)| (c - e * n as f64).powi(2) / (e * n as f64)).sum();
+        // 79 degrees of freedom: once in a million is 153.
+        assert!(chi < 153.0, "{chi}");
+    }
+
+    #[test]
+    fn the_density_follows_the_luminance() {
+        let map = sky([16, 8]);
+        for i in 0..1000 {
+            let (z, phi) = (2.0 * f64::from(number(i)) - 1.0, TAU * f64::from(number(i + 5000)));
+            let s = (1.0 - z * z).sqrt();
+            let d = DVec3::new(s * phi.cos(), s * phi.sin(), z);
+            let (pdf, wanted) = (map.pdf(d), luminance(map.colour(d)) / map.total());
+            assert!((pdf - wanted).abs() <= 1e-5 * wanted, "{d} {pdf} {wanted}");
+        }
+    }
+
+    #[test]
+    fn totals_are_those_of_quadrature() {
+        let map = sky([16, 9]);
+        let (mut total, mut from_above, n) = (0.0, 0.0, 1440);
+        for k in 0..n * n {
+            let (phi, theta) = (TAU * ((k % n) as f64 + 0.5) / n as f64, PI * ((k / n) as f64 + 0.5) / n as f64);
+            let (sin, cos) = theta.sin_cos();
+            let y = luminance(map.colour(DVec3::new(sin * phi.cos(), sin * phi.sin(), cos))) * sin * TAU * PI / (n * n) as f64;
+            total += y;
+            from_above += y * cos.max(0.0);
+        }
+        assert!((map.total() / total - 1.0).abs() < 1e-3, "{} {total}", map.total());
+        assert!((map.illuminance() / from_above - 1.0).abs() < 1e-3, "{} {from_above}", map.illuminance());
+    }
+
+    #[test]
+    fn the_top_row_is_up_and_the_left_edge_is_x() {
+        let pixels = (0..8).map(|i| [i as f32, 0.0, 0.0]).collect();
+        let map = SkyMap::new(Image { size: [4, 2], pixels });
+        let at = |x: f64, y: f64, z: f64| map.colour(DVec3::new(x, y, z).normalize())[0];
+        assert_eq!([at(1.0, 0.1, 0.1), at(-0.1, 1.0, 0.1), at(-1.0, -0.1, 0.1), at(0.1, -1.0, 0.1)], [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!([at(1.0, 0.1, -0.1), at(0.1, -1.0, -0.1)], [4.0, 7.0]);
+        let black = SkyMap::new(Image { size: [2, 2], pixels: vec![[0.0; 3]; 4] });
+        assert_eq!((black.sample(Vec2::splat(0.5)), black.pdf(DVec3::X)), (None, 0.0));
+    }
+}
