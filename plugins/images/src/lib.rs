@@ -18,8 +18,10 @@ pub struct Image {
 /// Largest side of a picture (pixels).
 pub const LARGEST_SIDE: u32 = 32_768;
 
-/// Most memory that reading a picture may take (bytes).
-const MOST_MEMORY: u64 = 4 << 30;
+/// Memory that reading a picture may take: so much (bytes), and this many times the size of its file, which no compression in use
+/// exceeds by much.
+const MEMORY: u64 = 64 << 20;
+const MEMORY_PER_BYTE: u64 = 1100;
 
 impl Image {
     /// Reads the picture in `bytes`.
@@ -34,7 +36,7 @@ impl Image {
         let mut limits = Limits::default();
         limits.max_image_width = Some(LARGEST_SIDE);
         limits.max_image_height = Some(LARGEST_SIDE);
-        limits.max_alloc = Some(MOST_MEMORY);
+        limits.max_alloc = Some(MEMORY + MEMORY_PER_BYTE * bytes.len() as u64);
         reader.limits(limits);
         let decoded = reader.decode().map_err(|e| e.to_string())?;
         let size = [decoded.width() as usize, decoded.height() as usize];
