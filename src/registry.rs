@@ -17,6 +17,7 @@ use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
 use bhs_core::params::{Context, Files, ParamInfo, Params, SpectrumSource};
 use bhs_core::sampling::Sampler;
+use bhs_core::texture::{Nameless, Texture};
 use bhs_core::transport::LightTransport;
 use glam::DAffine3;
 
@@ -96,6 +97,7 @@ kinds! {
     filters: Filter(dyn Filter) = "filter", bhs_filters::ALL;
     samplers: Sampler(dyn Sampler) = "sampler", bhs_samplers::ALL;
     materials: Material(dyn Material) = "material", bhs_materials::ALL;
+    textures: Texture(dyn Texture) = "texture", bhs_textures::ALL;
     lights: Light(dyn Light) = "light", bhs_lights::ALL;
     area_lights: AreaLight(dyn AreaLight) = "area light", bhs_lights::AREA;
     shapes: Shape(dyn Shape) = "shape", bhs_shapes::ALL;
@@ -188,6 +190,7 @@ pub(crate) fn bare_context<'a>(files: &'a dyn Files, spectra: &'a dyn SpectrumSo
     Context {
         files,
         spectra,
+        named: &Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         hole: None,

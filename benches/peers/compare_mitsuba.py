@@ -6,6 +6,7 @@ shows up as well as one in the renderer.
 """
 
 import argparse
+import importlib
 import json
 import math
 import subprocess
@@ -133,7 +134,32 @@ def spheres(folder, spectra):
 
 
 # Scene and shape of its picture (width over height).
-SCENES = {"cornell_box": (cornell_box, 1.0), "spheres": (spheres, 4.0 / 3.0)}
+LARGE = {"cornell_box": (cornell_box, 1.0), "spheres": (spheres, 4.0 / 3.0)}
+
+# Small scenes, each a pair scenes/NAME.bhs and scenes/NAME.py beside this file. The latter has `ASPECT` and
+# `build(peer, mi, folder, spectra)`, which gives shapes, camera and maxdepth; `peer` is this module.
+SMALL_FOLDER = Path(__file__).resolve().parent / "scenes"
+
+
+def small(name):
+    """The function that makes a small scene for Mitsuba, as those above are, and the shape of its picture."""
+    sys.path.insert(0, str(SMALL_FOLDER))
+    module = importlib.import_module(name)
+    sys.path.pop(0)
+
+    def build(folder, spectra):
+        import mitsuba
+        return module.build(sys.modules[__name__], mitsuba, folder, spectra)
+
+    return build, module.ASPECT
+
+
+SMALL = sorted(path.stem for path in SMALL_FOLDER.glob("*.py") if path.stem not in {"stage"})
+SCENES = [*LARGE, *SMALL]
+
+
+def scene_file(name):
+    return (SMALL_FOLDER if name in SMALL else ROOT / "scenes") / f"{name}.bhs"
 
 
 def mitsuba_scene(mi, shapes, camera, maxdepth, film, rr_depth=100_000):
@@ -341,7 +367,7 @@ def report(result):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scene", choices=list(SCENES), action="append", help="default: both")
+    parser.add_argument("--scene", choices=SCENES, action="append", help="default: all")
     parser.add_argument("--variant", default="scalar_spectral", help="Mitsuba's variant, e.g. llvm_ad_spectral (default: %(default)s)")
     parser.add_argument("--observer", choices=list(OBSERVERS), default="same", help="Mitsuba's colour-matching functions: "
                         "those of bhs (1 nm), or its own (5 nm) (default: %(default)s)")
@@ -370,8 +396,8 @@ def main():
     observer = OBSERVERS[options.observer](mi, options.spectra)
     radiance_error = check_radiance(mi, options.spectra, observer)
     results = []
-    for name in options.scene or list(SCENES):
-        build, aspect = SCENES[name]
+    for name in options.scene or SCENES:
+        build, aspect = LARGE[name] if name in LARGE else small(name)
         size = (round(options.height * aspect), options.height)
         spp_mitsuba = options.spp_mitsuba or options.spp
         with tempfile.TemporaryDirectory() as folder:
@@ -383,7 +409,7 @@ def main():
             if options.mitsuba_only:
                 ours = [render_mitsuba(mi, scene, observer, options.spp, 1001 + i) for i in range(options.seeds)]
             else:
-                ours = [render_bhs(mi, options.bhs, ROOT / "scenes" / f"{name}.bhs", size, options.spp, 1 + i, options.threads, folder)
+                ours = [render_bhs(mi, options.bhs, scene_file(name), size, options.spp, 1 + i, options.threads, folder)
                         for i in range(options.seeds)]
             time_ours = time.time() - start
         result, relative, z = compare(name, [blocks(im) for im in ours], [blocks(im) for im in theirs], options.tolerance, options.chance)

@@ -32,7 +32,7 @@ pub(super) struct Parts {
     /// With the place of its name; its radius is above 0.
     pub hole: Option<(Span, BlackHole)>,
     pub lambda_range: [f32; 2],
-    pub materials: Vec<Option<Box<dyn Material>>>,
+    pub materials: Vec<Option<Arc<dyn Material>>>,
     pub default_material: Option<Box<dyn Material>>,
     pub area_lights: Vec<Option<Box<dyn AreaLight>>>,
     /// With the places of their names.
@@ -110,7 +110,7 @@ pub(super) fn assemble(
     }
 
     // Surfaces and what they are made of.
-    let materials: Vec<Option<Arc<dyn Material>>> = parts.materials.into_iter().map(|m| m.map(Arc::from)).collect();
+    let materials = parts.materials;
     let area_lights: Vec<Option<Arc<dyn AreaLight>>> = parts.area_lights.into_iter().map(|l| l.map(Arc::from)).collect();
     let default_material: Arc<dyn Material> = parts.default_material?.into();
     let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());

@@ -5,6 +5,7 @@ use crate::lang::attributes;
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::hole::build_hole;
 use crate::lang::instances::{self, ObjectPart};
+use crate::lang::names::Names;
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry, bare_context};
@@ -154,7 +155,7 @@ pub fn build(
             })
             .collect(),
         lambda_range: context.lambda_range,
-        materials: create_all::<dyn Material>(description.materials.iter().map(|m| &m.entity), registry, context, &mut found),
+        materials: Names::new(registry, &description).make_all(context, &mut found),
         default_material: create::<dyn Material>(&settings.material, registry, context, &mut found),
         area_lights: create_all::<dyn AreaLight>(
             description.area_lights.iter().map(|l| &l.entity),

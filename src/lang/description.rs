@@ -44,6 +44,17 @@ pub struct MaterialEntity {
     pub used: bool,
 }
 
+/// A texture.
+#[derive(Clone, Debug)]
+pub struct TextureEntity {
+    /// What to make.
+    pub entity: Entity,
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Whether it is a texture of numbers, not of spectra.
+    pub is_float: bool,
+}
+
 /// An area light.
 #[derive(Clone, Debug)]
 pub struct AreaLightEntity {
@@ -109,6 +120,8 @@ pub struct SceneDescription {
     pub attributes: Vec<AttributeParam>,
     /// The black hole.
     pub black_hole: Option<Entity>,
+    /// Textures in the order of the scene.
+    pub textures: Vec<TextureEntity>,
     /// Materials in the order of the scene.
     pub materials: Vec<MaterialEntity>,
     /// Area lights in the order of the scene.

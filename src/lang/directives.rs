@@ -1,7 +1,7 @@
 //! The directives of the language: one row each, with what it takes, where it may stand, and the function that runs it.
 
 use crate::lang::attributes::Target;
-use crate::lang::description::{AreaLightEntity, Entity, MaterialEntity, ShapeEntity};
+use crate::lang::description::{AreaLightEntity, Entity, MaterialEntity, ShapeEntity, TextureEntity};
 use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, CurrentMaterial, MAX_ATTRIBUTE_DEPTH, Resolver};
 use crate::lang::transform::{self, NotAffine};
@@ -31,6 +31,8 @@ pub(crate) enum Takes {
     Name,
     /// A text, then parameters.
     NameAndParams,
+    /// Three texts (a name, a type, the name of a plugin), then parameters.
+    TextureAndParams,
     /// Parameters.
     Params,
 }
@@ -79,6 +81,7 @@ pub(crate) const DIRECTIVES: &[Row] = &[
     row("Sampler", Section::Options, Takes::NameAndParams, |r, c| r.sampler(c)),
     row("Scale", Section::Both, Takes::Numbers(3), |r, c| r.scale(c)),
     row("Shape", Section::World, Takes::NameAndParams, |r, c| r.shape(c)),
+    row("Texture", Section::World, Takes::TextureAndParams, |r, c| r.texture(c)),
     row("Transform", Section::Both, Takes::Numbers(16), |r, c| r.transform(c)),
     row("Translate", Section::Both, Takes::Numbers(3), |r, c| r.translate(c)),
     row("WorldBegin", Section::Both, Takes::Nothing, |r, c| r.world_begin(c)),
@@ -91,7 +94,6 @@ const ABSENT: &[(&str, &str)] = &[
     ("Import", "write `Include`"),
     ("MakeNamedMedium", "remove it; there are no media"),
     ("MediumInterface", "remove it; there are no media"),
-    ("Texture", "use a plain value in place of the texture"),
     ("TransformBegin", "write `AttributeBegin`"),
     ("TransformEnd", "write `AttributeEnd`"),
     ("TransformTimes", "remove it; nothing moves during the exposure"),
@@ -124,6 +126,7 @@ pub(crate) fn example_name(keyword: &str) -> &'static str {
         "PixelFilter" => "box",
         "Sampler" => "sobol",
         "Shape" => "sphere",
+        "Texture" => "name\" \"spectrum\" \"imagemap",
         _ => "name",
     }
 }
@@ -317,6 +320,35 @@ impl Resolver<'_> {
 
     pub(crate) fn reverse_orientation(&mut self, _: Call) {
         self.state.reverse_orientation = !self.state.reverse_orientation;
+    }
+
+    pub(crate) fn texture(&mut self, call: Call) {
+        let Some([kind, plugin]) = call.more.clone() else { return };
+        let is_float = match kind.value.as_str() {
+            "float" => true,
+            "spectrum" => false,
+            word => {
+                let help = did_you_mean(word, ["float", "spectrum"]).map_or_else(
+                    || "a texture is one of \"spectrum\" or \"float\"".to_owned(),
+                    |near| format!("did you mean `{near}`?"),
+                );
+                let message = format!("unknown type of a texture `{}`", shorten(word));
+                return self.error("unknown-type", message, kind.span, "", help);
+            }
+        };
+        let name = call.name.clone();
+        if let Some(first) = self.scene.textures.iter().find(|t| t.name.value == name.value && t.is_float == is_float) {
+            let first = first.name.span;
+            self.found.push(
+                Diagnostic::error("duplicate-texture", format!("texture `{}` is defined twice", shorten(&name.value)))
+                    .at(name.span, "defined again here")
+                    .and(first, "first defined here")
+                    .help("give one of the two another name"),
+            );
+            return;
+        }
+        let entity = Entity { name: plugin, ..self.entity_with_defaults(call, Target::Texture) };
+        self.scene.textures.push(TextureEntity { entity, name, is_float });
     }
 
     /// The plugin that `call` describes, under the current transform, with the defaults that `Attribute` has stated.

@@ -20,6 +20,7 @@ pub mod format;
 mod hole;
 mod instances;
 mod method;
+mod names;
 mod objects;
 pub mod overrides;
 pub mod parse;

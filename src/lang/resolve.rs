@@ -2,7 +2,7 @@
 //!
 //! A machine with pbrt's graphics state; it knows no plugin.
 
-use crate::lang::ast::Directive;
+use crate::lang::ast::{Arg, Directive};
 use crate::lang::attributes::{Attributes, Defaults};
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::directives::{self, Row, Section, Takes};
@@ -52,6 +52,8 @@ pub(crate) struct Call {
     pub(super) keyword: Span,
     pub(super) span: Span,
     pub(super) name: Spanned<String>,
+    /// The second and third text, of a directive that takes them.
+    pub(super) more: Option<[Spanned<String>; 2]>,
     pub(super) numbers: Vec<f64>,
     pub(super) numbers_span: Span,
     pub(super) params: Vec<Param>,
@@ -173,6 +175,7 @@ impl Resolver<'_> {
             keyword: keyword.span,
             span,
             name: Spanned::new(String::new(), keyword.span),
+            more: None,
             numbers: Vec::new(),
             numbers_span: keyword.span,
             params,
@@ -212,6 +215,28 @@ impl Resolver<'_> {
                     return None;
                 }
             },
+            Takes::TextureAndParams => {
+                let texts: Vec<Spanned<String>> = std::iter::from_fn(|| {
+                    let one_text = |a: &Arg| matches!(&a.values, Values::Strings(texts) if texts.len() == 1);
+                    match args.next_if(one_text)?.values {
+                        Values::Strings(mut texts) => texts.pop(),
+                        _ => None,
+                    }
+                })
+                .take(3)
+                .collect();
+                match <[Spanned<String>; 3]>::try_from(texts) {
+                    Ok([name, kind, plugin]) => (call.name, call.more) = (name, Some([kind, plugin])),
+                    Err(texts) => {
+                        if !faulty {
+                            let message = format!("`{word}` needs a name, a type and a class, found {}", texts.len());
+                            let help = format!("such as {word} \"{}\"", directives::example_name(word));
+                            self.error("missing-name", message, keyword.span, "", help);
+                        }
+                        return None;
+                    }
+                }
+            }
         }
 
         // What it does not take.
@@ -233,7 +258,7 @@ impl Resolver<'_> {
             self.found.push(Diagnostic::error("stray", message).at(extra.span, "").maybe_help(help));
             call.faulty = true;
         }
-        if !matches!(row.takes, Takes::Params | Takes::NameAndParams)
+        if !matches!(row.takes, Takes::Params | Takes::NameAndParams | Takes::TextureAndParams)
             && let Some(first) = call.params.first()
         {
             let span = first.ty.span.to(first.span);
@@ -310,12 +335,6 @@ impl Resolver<'_> {
     fn warn_unused(&mut self) {
         if self.scene.incomplete {
             return;
-        }
-        for material in self.scene.materials.iter().filter(|m| !m.used) {
-            if let Some(name) = &material.name {
-                let message = format!("material `{}` is never used", shorten(&name.value));
-                self.found.push(Diagnostic::warning("unused-material", message).at(name.span, "no shape has it"));
-            }
         }
         for light in self.scene.area_lights.iter().filter(|l| !l.used) {
             let message = "this area light lights nothing: no shape follows it";

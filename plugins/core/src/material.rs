@@ -65,6 +65,12 @@ pub trait Material: Send + Sync {
 
     /// Whether every direction it chooses is specular, so that light cannot be sampled for it.
     fn is_specular(&self) -> bool;
+
+    /// Whether directions must be chosen by [`Material::sample`], because some of them are specular or lie behind the surface: drawn
+    /// uniformly above it, they would miss part of what is scattered.
+    fn chooses_directions(&self) -> bool {
+        self.is_specular()
+    }
 }
 
 /// Cosine of the angle to the shading normal.

@@ -8,6 +8,7 @@
 use crate::blackhole::BlackHole;
 use crate::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use crate::spectrum::{Spectrum, SpectrumRole};
+use crate::texture::Named;
 use crate::value::{Param, ParamType, Values};
 use glam::{DAffine3, DVec2, DVec3};
 use std::cell::RefCell;
@@ -40,6 +41,8 @@ pub struct Context<'a> {
     pub files: &'a dyn Files,
     /// The maker of spectra.
     pub spectra: &'a dyn SpectrumSource,
+    /// The scene's textures, materials and pictures.
+    pub named: &'a dyn Named,
     /// The current transform: from the plugin's own coordinates to world space.
     pub world_from_object: DAffine3,
     /// Whether `ReverseOrientation` is in force.
@@ -352,6 +355,11 @@ impl<'a> Params<'a> {
         if let Some(given) = self.optional_spectrum(name, format!("\"{default}\""), role, unit, about) {
             return given;
         }
+        self.builtin_spectrum(name, default, role)
+    }
+
+    /// The built-in spectrum called `default`, in place of the parameter `name`.
+    pub(crate) fn builtin_spectrum(&self, name: &str, default: &str, role: SpectrumRole) -> Arc<dyn Spectrum> {
         let span = self.owner.span;
         let param = Param {
             ty: Spanned::new(ParamType::Spectrum, span),
@@ -371,7 +379,7 @@ impl<'a> Params<'a> {
         unit: &'static str,
         about: &'static str,
     ) -> Option<Arc<dyn Spectrum>> {
-        self.asked.borrow_mut().push(ParamInfo { name, ty: "spectrum", default: shown, unit, about });
+        self.ask(ParamInfo { name, ty: "spectrum", default: shown, unit, about });
         let param = self.find(name)?;
         match param.ty.value {
             ParamType::Spectrum | ParamType::Rgb | ParamType::Blackbody | ParamType::Tolman | ParamType::Float => {
@@ -434,10 +442,23 @@ impl<'a> Params<'a> {
     }
 
     fn record<T: FromParam>(&self, name: &'static str, default: String, unit: &'static str, about: &'static str) {
-        self.asked.borrow_mut().push(ParamInfo { name, ty: T::TYPES[0].word(), default, unit, about });
+        self.ask(ParamInfo { name, ty: T::TYPES[0].word(), default, unit, about });
     }
 
-    fn find(&self, name: &str) -> Option<&'a Param> {
+    /// Adds a row to the parameter table.
+    pub(crate) fn ask(&self, info: ParamInfo) {
+        self.asked.borrow_mut().push(info);
+    }
+
+    /// Changes the type in the last row of the parameter table.
+    pub(crate) fn relabel(&self, ty: &'static str) {
+        if let Some(last) = self.asked.borrow_mut().last_mut() {
+            last.ty = ty;
+        }
+    }
+
+    /// The parameter `name` as the scene gives it; it counts as used.
+    pub(crate) fn find(&self, name: &str) -> Option<&'a Param> {
         let Some(i) = self.params.iter().position(|p| p.name.value == name) else {
             return self.defaults.iter().copied().find(|p| p.name.value == name);
         };
@@ -451,7 +472,8 @@ impl<'a> Params<'a> {
         Some(&self.params[i])
     }
 
-    fn lookup<T: FromParam>(&self, name: &str) -> Option<T> {
+    /// The value of the parameter `name`, if the scene gives it and it is one of the type.
+    pub(crate) fn lookup<T: FromParam>(&self, name: &str) -> Option<T> {
         let param = self.find(name)?;
         // As in pbrt, whole numbers pass for real ones, whatever the type word says of them.
         let (found, expected) = (param.ty.value, T::TYPES[0]);
@@ -494,7 +516,7 @@ impl<'a> Params<'a> {
 
 /// The same value at all wavelengths; stands in where a plugin states a number as its default.
 #[derive(Debug)]
-struct Constant(f32);
+pub(crate) struct Constant(pub(crate) f32);
 
 impl Spectrum for Constant {
     fn at(&self, _: f32) -> f32 {

@@ -8,11 +8,11 @@
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `eta` | spectrum | `metal-Cu-eta` | | refractive index |
-//! | `k` | spectrum | `metal-Cu-k` | | absorption index |
-//! | `reflectance` | spectrum | none | | reflectance at normal incidence, instead of `eta` and `k` |
-//! | `roughness` | float | 0 | | 0 (polished) to 1 |
-//! | `uroughness`, `vroughness` | float | `roughness` | | must be equal: different ones are not supported yet |
+//! | `eta` | spectrum, texture | `metal-Cu-eta` | | refractive index |
+//! | `k` | spectrum, texture | `metal-Cu-k` | | absorption index |
+//! | `reflectance` | spectrum, texture | none | | reflectance at normal incidence, instead of `eta` and `k` |
+//! | `roughness` | float, texture | 0 | | 0 (polished) to 1 |
+//! | `uroughness`, `vroughness` | float, texture | `roughness` | | must be equal: different ones are not supported yet |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
 //!
 //! ```bhs
@@ -20,14 +20,14 @@
 //! ```
 
 use crate::fresnel;
-use crate::microfacet::{Ggx, SMOOTH, alpha_of_roughness};
+use crate::roughness::Facets;
 use bhs_core::Plugin;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::material::{BsdfSample, Material, Shading, same_hemisphere};
 use bhs_core::params::Params;
-use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_core::texture::SpectrumParameter;
 use glam::{Vec2, Vec3};
-use std::sync::Arc;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Material> =
@@ -36,21 +36,19 @@ pub const PLUGIN: Plugin<dyn Material> =
 /// What decides how much is reflected.
 enum Optics {
     /// Real and imaginary part of the refractive index.
-    Index { eta: Arc<dyn Spectrum>, k: Arc<dyn Spectrum> },
+    Index { eta: SpectrumParameter, k: SpectrumParameter },
     /// The reflectance at normal incidence, of an index with real part 1.
-    Reflectance(Arc<dyn Spectrum>),
+    Reflectance(SpectrumParameter),
 }
 
 struct Conductor {
     optics: Optics,
-    /// `None`: smooth.
-    facets: Option<Ggx>,
+    facets: Facets,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Material>> {
     let optics = optics(p);
-    let alpha = alpha(p);
-    Some(Box::new(Conductor { optics, facets: (alpha >= SMOOTH).then_some(Ggx { alpha }) }))
+    Some(Box::new(Conductor { optics, facets: Facets::read(p) }))
 }
 
 fn optics(p: &Params) -> Optics {
@@ -58,13 +56,14 @@ fn optics(p: &Params) -> Optics {
     const K: (&str, &str) = ("metal-Cu-k", "absorption index");
     let role = SpectrumRole::Unbounded;
     let about = "reflectance at normal incidence, instead of `eta` and `k`";
-    let Some(reflectance) = p.optional_spectrum("reflectance", "none".into(), SpectrumRole::Reflectance, "", about) else {
-        let eta = p.named_spectrum("eta", ETA.0, role, "", ETA.1);
-        let k = p.named_spectrum("k", K.0, role, "", K.1);
+    let Some(reflectance) = p.optional_spectrum_parameter("reflectance", "none".into(), SpectrumRole::Reflectance, "", about)
+    else {
+        let eta = p.named_spectrum_parameter("eta", ETA.0, role, "", ETA.1);
+        let k = p.named_spectrum_parameter("k", K.0, role, "", K.1);
         return Optics::Index { eta, k };
     };
     for (name, (default, about)) in [("eta", ETA), ("k", K)] {
-        if p.optional_spectrum(name, format!("\"{default}\""), role, "", about).is_some() {
+        if p.optional_spectrum_parameter(name, format!("\"{default}\""), role, "", about).is_some() {
             p.report(
                 Diagnostic::error("conflicting-parameters", format!("`{name}` and `reflectance` exclude each other"))
                     .at(p.span_of(name), "given here")
@@ -76,41 +75,13 @@ fn optics(p: &Params) -> Optics {
     Optics::Reflectance(reflectance)
 }
 
-/// Width of the distribution of facets.
-fn alpha(p: &Params) -> f32 {
-    const RANGE: std::ops::RangeInclusive<f64> = 0.0..=1.0;
-    let roughness = p.get_in("roughness", 0.0, RANGE, "", "0 (polished) to 1");
-    // Along the two tangents; the shading frame's tangents are arbitrary, so they cannot differ.
-    let [u, v] = ["uroughness", "vroughness"].map(|name| {
-        let along = p.optional::<f64>(name, "", "roughness along one tangent; both must be equal").unwrap_or(roughness);
-        if RANGE.contains(&along) {
-            return along;
-        }
-        p.reject(name, format!("`{name}` is out of range"), format!("expected a value from 0 to 1, found {along}"));
-        roughness
-    });
-    if u != v {
-        p.report(
-            Diagnostic::error("unsupported", "roughness that depends on direction is not supported yet")
-                .at(p.span_of("uroughness"), format!("{u} along one tangent"))
-                .and(p.span_of("vroughness"), format!("{v} along the other"))
-                .help("give one `roughness`"),
-        );
-    }
-    let remap = p.get("remaproughness", true, "", "whether alpha is the square root of the roughness, or the roughness");
-    let roughness = u as f32;
-    if remap { alpha_of_roughness(roughness) } else { roughness }
-}
-
 impl Conductor {
     /// The share of the light that a facet reflects at `cos_i`.
     fn fresnel(&self, at: &Shading, cos_i: f32) -> SampledSpectrum {
         let cos_i = cos_i.clamp(0.0, 1.0);
         match &self.optics {
-            Optics::Index { eta, k } => {
-                eta.sample(at.lambda_nm).zip(k.sample(at.lambda_nm), |eta, k| fresnel::conductor(cos_i, eta, k))
-            }
-            Optics::Reflectance(r) => r.sample(at.lambda_nm).map(|r| {
+            Optics::Index { eta, k } => eta.sample(at).zip(k.sample(at), |eta, k| fresnel::conductor(cos_i, eta, k)),
+            Optics::Reflectance(r) => r.sample(at).map(|r| {
                 // Just below 1, where k would be infinite (as in pbrt-v4).
                 let r = r.min(0.9999);
                 fresnel::conductor(cos_i, 1.0, 2.0 * (r / (1.0 - r)).sqrt())
@@ -130,29 +101,23 @@ fn upwards(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3, Vec3)> {
     Some((wo, wi, (wo + wi).try_normalize()?))
 }
 
-/// Density of the directions in which the facets that `wo` sees mirror it (1/sr), where their normal is `m`: that of the normals
-/// times |d m / d wi| = 1 / (4 wo . m).
-fn mirrored_density(facets: Ggx, wo: Vec3, m: Vec3) -> f32 {
-    facets.masking_per_cos(wo) * facets.density(m) / 4.0
-}
-
 impl Material for Conductor {
     fn evaluate(&self, at: &Shading, wo: Vec3, wi: Vec3) -> SampledSpectrum {
-        let (Some(facets), Some((wo, wi, m))) = (self.facets, upwards(wo, wi)) else {
+        let (Some(facets), Some((wo, wi, m))) = (self.facets.at(at), upwards(wo, wi)) else {
             return SampledSpectrum::ZERO;
         };
-        self.fresnel(at, wo.dot(m)) * (mirrored_density(facets, wo, m) * facets.shadowing(wo, wi))
+        self.fresnel(at, wo.dot(m)) * (facets.mirrored_density(wo, m) * facets.shadowing(wo, wi))
     }
 
-    fn pdf(&self, _: &Shading, wo: Vec3, wi: Vec3) -> f32 {
-        let (Some(facets), Some((wo, _, m))) = (self.facets, upwards(wo, wi)) else {
+    fn pdf(&self, at: &Shading, wo: Vec3, wi: Vec3) -> f32 {
+        let (Some(facets), Some((wo, _, m))) = (self.facets.at(at), upwards(wo, wi)) else {
             return 0.0;
         };
-        mirrored_density(facets, wo, m)
+        facets.mirrored_density(wo, m)
     }
 
     fn sample(&self, at: &Shading, wo: Vec3, _: f32, u: Vec2) -> Option<BsdfSample> {
-        let Some(facets) = self.facets else {
+        let Some(facets) = self.facets.at(at) else {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             return Some(BsdfSample {
                 wi,
@@ -174,16 +139,10 @@ impl Material for Conductor {
             return None;
         }
         let weight = self.fresnel(at, up.dot(m)) * facets.shadowing(up, wi);
-        Some(BsdfSample {
-            wi: wi * side,
-            weight,
-            pdf: mirrored_density(facets, up, m),
-            specular: false,
-            drops_wavelengths: false,
-        })
+        Some(BsdfSample { wi: wi * side, weight, pdf: facets.mirrored_density(up, m), specular: false, drops_wavelengths: false })
     }
 
     fn is_specular(&self) -> bool {
-        self.facets.is_none()
+        self.facets.is_smooth()
     }
 }

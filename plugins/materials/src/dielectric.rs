@@ -1,89 +1,164 @@
-//! `dielectric`: smooth glass, water, diamond.
+//! `dielectric`: glass, water, diamond: smooth or rough, with dispersion or without.
 //!
 //! Light is reflected and refracted in the shares that Fresnel's equations give, for the refractive index `eta` of the inside
 //! over that of the outside; the outside is where the surface normal points. Reflection or refraction is chosen with those
 //! shares as probabilities. Refracted radiance changes with the square of the index: `1/eta^2` for light that leaves the
-//! glass towards the camera, `eta^2` for light that enters it.
+//! glass towards the camera, `eta^2` for light that enters it. Roughness makes the surface one of many small facets (see
+//! `interface`). An alpha below 0.001 counts as smooth; a texture of roughness never does.
 //!
-//! Source: Born and Wolf 1999; the factor: Veach 1997, "Robust Monte Carlo Methods", section 5.2. Names of pbrt-v4.
+//! Where the index depends on the wavelength, a smooth surface reflects all wavelengths of a path and refracts the first alone, which
+//! goes on for the others. A rough one refracts them all: the direction is that of one of them, drawn evenly, and counts for each as
+//! much as it would have chosen it (Wilkie et al. 2014, "Hero Wavelength Spectral Sampling").
+//!
+//! Source: Born and Wolf 1999; the factor: Veach 1997, "Robust Monte Carlo Methods", section 5.2. Names and defaults of pbrt-v4.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `eta` | spectrum | 1.5 | | refractive index; must be the same at all wavelengths: dispersion is not supported yet |
-//! | `roughness`, `uroughness`, `vroughness` | float | 0 | | must be 0: rough glass is not supported yet |
-//! | `remaproughness` | bool | true | | no effect on a roughness of 0 |
+//! | `eta` | spectrum | 1.5 | | refractive index; one that depends on the wavelength disperses light |
+//! | `roughness` | float, texture | 0 | | 0 (polished) to 1 |
+//! | `uroughness`, `vroughness` | float, texture | `roughness` | | must be equal: different ones are not supported yet |
+//! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
 //!
 //! ```bhs
-//! Material "dielectric" "float eta" 1.5168
+//! Material "dielectric" "spectrum eta" "glass-SF11"
 //! ```
 
 use crate::fresnel;
+use crate::interface::Interface;
+use crate::microfacet::Ggx;
+use crate::roughness::Facets;
 use bhs_core::Plugin;
-use bhs_core::diagnostics::Diagnostic;
 use bhs_core::material::{BsdfSample, Material, Shading};
 use bhs_core::params::Params;
-use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
 use glam::{Vec2, Vec3};
+use std::sync::Arc;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Material> =
-    Plugin { name: "dielectric", summary: "smooth glass or water: reflects and refracts", build };
+    Plugin { name: "dielectric", summary: "glass or water, smooth or rough: reflects, refracts and disperses", build };
 
-/// The yellow helium line (nm), at which catalogues state an index.
-const HELIUM_D: f32 = 587.56;
+/// Less than any index: what a table that touches 0 beyond the film's range is taken for.
+const LEAST_INDEX: f32 = 1e-2;
+
+/// Refractive index of the inside over that of the outside.
+enum Index {
+    /// The same for all wavelengths.
+    Constant(f32),
+    /// By wavelength.
+    Dispersive(Arc<dyn Spectrum>),
+}
 
 struct Dielectric {
-    /// Refractive index of the inside over that of the outside.
-    eta: f32,
+    index: Index,
+    facets: Facets,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Material>> {
-    let spectrum = p.spectrum("eta", 1.5, SpectrumRole::Unbounded, "", "refractive index");
-    let eta = spectrum.at(HELIUM_D);
-    if !spectrum.is_constant() {
-        p.report(
-            Diagnostic::error("unsupported", "dispersion is not supported yet")
-                .at(p.span_of("eta"), "this refractive index depends on the wavelength")
-                .help(format!("write \"float eta\" {eta:.4}, its value at {HELIUM_D} nm")),
-        );
-    } else if eta <= 0.0 {
-        p.reject("eta", format!("`eta` is {eta}"), "a refractive index is greater than 0");
+    let eta = p.spectrum("eta", 1.5, SpectrumRole::Unbounded, "", "refractive index; it may depend on the wavelength");
+    let [lo, hi] = p.context().lambda_range;
+    let wavelengths = (0..=64).map(|i| lo + (hi - lo) * i as f32 / 64.0);
+    if let Some(bad) = wavelengths.map(|l| eta.at(l)).find(|eta| *eta <= 0.0) {
+        p.reject("eta", format!("`eta` is {bad}"), "a refractive index is greater than 0");
     }
-    for name in ["roughness", "uroughness", "vroughness"] {
-        if p.get(name, 0.0, "", "must be 0: rough glass is not supported yet") != 0.0 {
-            p.report(
-                Diagnostic::error("unsupported", "rough glass is not supported yet")
-                    .at(p.span_of(name), "only 0 is possible")
-                    .help(format!("remove `{name}`")),
-            );
+    let index = if eta.is_constant() { Index::Constant(eta.at(lo)) } else { Index::Dispersive(eta) };
+    Some(Box::new(Dielectric { index, facets: Facets::read(p) }))
+}
+
+impl Dielectric {
+    /// The index at the wavelengths of a path.
+    fn indices(spectrum: &dyn Spectrum, at: &Shading) -> SampledSpectrum {
+        spectrum.sample(at.lambda_nm).map(|eta| eta.max(LEAST_INDEX))
+    }
+
+    /// The BSDF times |cos(theta_i)|, and the density of `wi`, on a rough surface.
+    fn rough(&self, facets: Ggx, at: &Shading, wo: Vec3, wi: Vec3) -> (SampledSpectrum, f32) {
+        match &self.index {
+            Index::Constant(eta) => {
+                let (value, pdf) = Interface { eta: *eta, facets }.evaluate(wo, wi);
+                (SampledSpectrum::splat(value), pdf)
+            }
+            Index::Dispersive(eta) => {
+                let each = Self::indices(&**eta, at).0.map(|eta| Interface { eta, facets }.evaluate(wo, wi));
+                let pdf = each.iter().map(|e| e.1).sum::<f32>() / N_LAMBDA as f32;
+                (SampledSpectrum(each.map(|e| e.0)), pdf)
+            }
         }
     }
-    p.get("remaproughness", true, "", "no effect on a roughness of 0");
-    Some(Box::new(Dielectric { eta }))
+
+    fn sample_rough(&self, facets: Ggx, at: &Shading, wo: Vec3, choice: f32, u: Vec2) -> Option<BsdfSample> {
+        let (eta, choice) = match &self.index {
+            Index::Constant(eta) => (*eta, choice),
+            Index::Dispersive(eta) => {
+                let scaled = choice * N_LAMBDA as f32;
+                let i = (scaled as usize).min(N_LAMBDA - 1);
+                (Self::indices(&**eta, at)[i], scaled - i as f32)
+            }
+        };
+        let wi = Interface { eta, facets }.sample(wo, choice, u)?;
+        let (value, pdf) = self.rough(facets, at, wo, wi);
+        let usable = pdf > 0.0 && pdf.is_finite() && value.is_finite();
+        usable.then(|| BsdfSample { wi, weight: value / pdf, pdf, specular: false, drops_wavelengths: false })
+    }
+
+    fn sample_smooth(&self, at: &Shading, wo: Vec3, choice: f32) -> Option<BsdfSample> {
+        let cos_o = wo.z.abs().min(1.0);
+        // The index beyond the surface over that on the side of `wo`.
+        let relative = |eta: f32| if wo.z >= 0.0 { eta } else { 1.0 / eta };
+        let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
+        let refracted = |eta: f32, cos_t: f32| Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z)).normalize();
+        let specular =
+            |wi, weight, drops_wavelengths| Some(BsdfSample { wi, weight, pdf: 1.0, specular: true, drops_wavelengths });
+        match &self.index {
+            Index::Constant(eta) => {
+                let eta = relative(*eta);
+                let (reflected, cos_t) = fresnel::dielectric(cos_o, eta);
+                if choice < reflected {
+                    specular(mirrored, SampledSpectrum::ONE, false)
+                } else {
+                    specular(refracted(eta, cos_t), SampledSpectrum::splat(1.0 / (eta * eta)), false)
+                }
+            }
+            Index::Dispersive(eta) => {
+                let eta = Self::indices(&**eta, at).map(relative);
+                let reflected = eta.map(|eta| fresnel::dielectric(cos_o, eta).0);
+                // What all are reflected with on average, so that none counts for more than it should.
+                let mean = reflected.mean();
+                if choice < mean {
+                    return specular(mirrored, reflected * (1.0 / mean), false);
+                }
+                let (eta, (reflected, cos_t)) = (eta[0], fresnel::dielectric(cos_o, eta[0]));
+                if reflected >= 1.0 {
+                    return None;
+                }
+                let weight = (1.0 - reflected) / ((1.0 - mean) * eta * eta);
+                specular(refracted(eta, cos_t), SampledSpectrum::splat(weight), true)
+            }
+        }
+    }
 }
 
 impl Material for Dielectric {
-    fn evaluate(&self, _: &Shading, _: Vec3, _: Vec3) -> SampledSpectrum {
-        SampledSpectrum::ZERO
+    fn evaluate(&self, at: &Shading, wo: Vec3, wi: Vec3) -> SampledSpectrum {
+        self.facets.at(at).map_or(SampledSpectrum::ZERO, |facets| self.rough(facets, at, wo, wi).0)
     }
 
-    fn pdf(&self, _: &Shading, _: Vec3, _: Vec3) -> f32 {
-        0.0
+    fn pdf(&self, at: &Shading, wo: Vec3, wi: Vec3) -> f32 {
+        self.facets.at(at).map_or(0.0, |facets| self.rough(facets, at, wo, wi).1)
     }
 
-    fn sample(&self, _: &Shading, wo: Vec3, choice: f32, _: Vec2) -> Option<BsdfSample> {
-        // The index beyond the surface over that on the side of `wo`.
-        let eta = if wo.z >= 0.0 { self.eta } else { 1.0 / self.eta };
-        let (reflected, cos_t) = fresnel::dielectric(wo.z.abs().min(1.0), eta);
-        let (wi, weight) = if choice < reflected {
-            (Vec3::new(-wo.x, -wo.y, wo.z), 1.0)
-        } else {
-            (Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z)).normalize(), 1.0 / (eta * eta))
-        };
-        Some(BsdfSample { wi, weight: SampledSpectrum::splat(weight), pdf: 1.0, specular: true, drops_wavelengths: false })
+    fn sample(&self, at: &Shading, wo: Vec3, choice: f32, u: Vec2) -> Option<BsdfSample> {
+        match self.facets.at(at) {
+            Some(facets) => self.sample_rough(facets, at, wo, choice, u),
+            None => self.sample_smooth(at, wo, choice),
+        }
     }
 
     fn is_specular(&self) -> bool {
+        self.facets.is_smooth()
+    }
+
+    fn chooses_directions(&self) -> bool {
         true
     }
 }

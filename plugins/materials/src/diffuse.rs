@@ -7,7 +7,7 @@
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `reflectance` | spectrum | 0.5 | | share of the light that is reflected |
+//! | `reflectance` | spectrum, texture | 0.5 | | share of the light that is reflected |
 //!
 //! ```bhs
 //! Material "diffuse" "spectrum reflectance" "cornell-white"
@@ -17,21 +17,22 @@ use bhs_core::Plugin;
 use bhs_core::material::{BsdfSample, Material, Shading, same_hemisphere};
 use bhs_core::params::Params;
 use bhs_core::sampling::cosine_hemisphere;
-use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_core::texture::SpectrumParameter;
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
-use std::sync::Arc;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Material> =
     Plugin { name: "diffuse", summary: "a matt surface, the same from all sides (Lambert)", build };
 
 struct Diffuse {
-    reflectance: Arc<dyn Spectrum>,
+    reflectance: SpectrumParameter,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Material>> {
-    let reflectance = p.spectrum("reflectance", 0.5, SpectrumRole::Reflectance, "", "share of the light that is reflected");
+    let about = "share of the light that is reflected";
+    let reflectance = p.spectrum_parameter("reflectance", 0.5, SpectrumRole::Reflectance, "", about);
     Some(Box::new(Diffuse { reflectance }))
 }
 
@@ -40,7 +41,7 @@ impl Material for Diffuse {
         if !same_hemisphere(wo, wi) {
             return SampledSpectrum::ZERO;
         }
-        self.reflectance.sample(at.lambda_nm) * (wi.z.abs() * FRAC_1_PI)
+        self.reflectance.sample(at) * (wi.z.abs() * FRAC_1_PI)
     }
 
     fn pdf(&self, _: &Shading, wo: Vec3, wi: Vec3) -> f32 {
@@ -54,7 +55,7 @@ impl Material for Diffuse {
         // At grazing angles one of the two cosines can be zero.
         (pdf > 0.0).then(|| BsdfSample {
             wi,
-            weight: self.reflectance.sample(at.lambda_nm),
+            weight: self.reflectance.sample(at),
             pdf,
             specular: false,
             drops_wavelengths: false,

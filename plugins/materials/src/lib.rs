@@ -1,20 +1,35 @@
-//! Materials: what surfaces do with light. One file, one plugin; `fresnel` and `microfacet` are shared by several.
+//! Materials: what surfaces do with light. One file, one plugin; `fresnel`, `microfacet`, `roughness`, `interface`
+//! and `coat` are shared by several.
 
 use bhs_core::Plugin;
 use bhs_core::material::Material;
 
+pub mod coat;
+mod coateddiffuse;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffusetransmission;
 pub mod fresnel;
+pub mod interface;
 pub mod microfacet;
 mod mirror;
+mod mix;
+mod roughness;
 
 /// All materials.
-pub const ALL: &[Plugin<dyn Material>] = &[conductor::PLUGIN, dielectric::PLUGIN, diffuse::PLUGIN, mirror::PLUGIN];
+pub const ALL: &[Plugin<dyn Material>] = &[
+    coateddiffuse::PLUGIN,
+    conductor::PLUGIN,
+    dielectric::PLUGIN,
+    diffuse::PLUGIN,
+    diffusetransmission::PLUGIN,
+    mirror::PLUGIN,
+    mix::PLUGIN,
+];
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["fresnel", "microfacet"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["coat", "fresnel", "interface", "microfacet", "roughness"]);
 }

@@ -65,4 +65,10 @@ impl Ggx {
         let h = Vec3::new(r * cos, r * sin, z) + stretched;
         Vec3::new(self.alpha * h.x, self.alpha * h.y, h.z.max(0.0)).try_normalize().unwrap_or(Vec3::Z)
     }
+
+    /// Density of the directions in which the facets that `wo` sees mirror it (1/sr), where their normal is `m`: that of the normals
+    /// times |d m / d wi| = 1 / (4 wo . m).
+    pub fn mirrored_density(self, wo: Vec3, m: Vec3) -> f32 {
+        self.masking_per_cos(wo) * self.density(m) / 4.0
+    }
 }

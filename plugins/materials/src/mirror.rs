@@ -5,7 +5,7 @@
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `reflectance` | spectrum | 1 | | share of the light that is reflected |
+//! | `reflectance` | spectrum, texture | 1 | | share of the light that is reflected |
 //!
 //! ```bhs
 //! Material "mirror" "spectrum reflectance" 0.95
@@ -14,20 +14,21 @@
 use bhs_core::Plugin;
 use bhs_core::material::{BsdfSample, Material, Shading};
 use bhs_core::params::Params;
-use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_core::texture::SpectrumParameter;
 use glam::{Vec2, Vec3};
-use std::sync::Arc;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Material> =
     Plugin { name: "mirror", summary: "a perfect mirror with the same reflectance at all angles", build };
 
 struct Mirror {
-    reflectance: Arc<dyn Spectrum>,
+    reflectance: SpectrumParameter,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Material>> {
-    let reflectance = p.spectrum("reflectance", 1.0, SpectrumRole::Reflectance, "", "share of the light that is reflected");
+    let reflectance =
+        p.spectrum_parameter("reflectance", 1.0, SpectrumRole::Reflectance, "", "share of the light that is reflected");
     Some(Box::new(Mirror { reflectance }))
 }
 
@@ -42,7 +43,7 @@ impl Material for Mirror {
 
     fn sample(&self, at: &Shading, wo: Vec3, _: f32, _: Vec2) -> Option<BsdfSample> {
         let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-        Some(BsdfSample { wi, weight: self.reflectance.sample(at.lambda_nm), pdf: 1.0, specular: true, drops_wavelengths: false })
+        Some(BsdfSample { wi, weight: self.reflectance.sample(at), pdf: 1.0, specular: true, drops_wavelengths: false })
     }
 
     fn is_specular(&self) -> bool {

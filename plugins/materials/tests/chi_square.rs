@@ -4,7 +4,10 @@ mod support;
 
 use bhs_core::material::Material;
 use glam::{Vec2, Vec3};
-use support::{AT, build, chi_square, outgoing, random, rough_gold, rough_white, sidak, upper_gamma};
+use support::{
+    AT, boolean, build, chi_square, coated, float, named, outgoing, random, rough_glass, rough_gold, rough_white, sidak, texts,
+    upper_gamma,
+};
 
 const ALPHAS: [f64; 5] = [0.02, 0.1, 0.3, 0.7, 1.0];
 
@@ -19,6 +22,14 @@ fn p_value(sampled: &dyn Material, judged: &dyn Material, wo: Vec3, seed: u64) -
 fn samples_have_their_density() {
     let mut materials = vec![("diffuse".to_owned(), build("diffuse", &[]))];
     materials.extend(ALPHAS.map(|a| (format!("conductor with alpha {a}"), rough_gold(a))));
+    materials.extend([0.1, 0.3, 0.7].map(|a| (format!("glass with alpha {a}"), rough_glass(a))));
+    let rough = [float("roughness", 0.2), boolean("remaproughness", false)];
+    materials.extend([
+        ("dispersive glass".to_owned(), build("dielectric", &[&[named("eta", "glass-SF11")], &rough[..]].concat())),
+        ("coated".to_owned(), coated(0.7, 0.2, 0.01)),
+        ("paper".to_owned(), build("diffusetransmission", &[float("reflectance", 0.6), float("transmittance", 0.2)])),
+        ("mix".to_owned(), build("mix", &[texts("materials", &["gold", "glass"]), float("amount", 0.4)])),
+    ]);
     let cases: Vec<_> = materials.iter().flat_map(|m| outgoing().into_iter().map(move |wo| (m, wo))).collect();
     let level = sidak(cases.len());
     let mut p_values = Vec::new();

@@ -35,8 +35,11 @@ mod table;
 mod tabulated;
 mod tolman;
 mod upsample;
+mod upsample_table;
 
 pub use rgb_emission::rgb_emission;
+pub use upsample::Sigmoid;
+pub use upsample_table::SmoothSpectra;
 
 /// A spectrum, or everything that is wrong with its parameter.
 pub type Built = Result<Arc<dyn Spectrum>, Vec<Diagnostic>>;
@@ -142,5 +145,5 @@ fn check_role(
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["colorimetry", "planck", "rgb_emission", "sellmeier", "tabulated", "upsample"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["colorimetry", "planck", "rgb_emission", "sellmeier", "tabulated", "upsample", "upsample_table"]);
 }

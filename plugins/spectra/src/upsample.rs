@@ -13,7 +13,7 @@ const CENTRE: f32 = (OBSERVER_RANGE[0] + OBSERVER_RANGE[1]) / 2.0;
 const HALF_WIDTH: f32 = (OBSERVER_RANGE[1] - OBSERVER_RANGE[0]) / 2.0;
 
 /// Colours are moved into this margin of the unit cube before the fit: at 0 and 1 the coefficients would be infinite.
-const MARGIN: f64 = 1e-5;
+pub(crate) const MARGIN: f64 = 1e-5;
 
 /// A smooth function of wavelength between 0 and 1. Outside the observer's range it keeps its end value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +23,11 @@ pub struct Sigmoid {
 }
 
 impl Sigmoid {
+    /// The function with the given coefficients of t^2, t and 1.
+    pub(crate) fn of_coefficients(c: [f32; 3]) -> Self {
+        Self { c }
+    }
+
     /// The function whose colour under D65 is `rgb` (linear sRGB, each between 0 and 1).
     pub fn fit(rgb: [f64; 3]) -> Self {
         let target = DVec3::from_array(rgb).clamp(DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN));
@@ -34,7 +39,7 @@ impl Sigmoid {
         let stations = (distance * 16.0).ceil().max(1.0);
         for station in 1..=stations as u32 {
             let goal = DVec3::splat(mean).lerp(target, f64::from(station) / stations);
-            c = solve(c, goal);
+            c = solve(c, goal, &colorimetry().reflectance_weights);
         }
         Self { c: c.to_array().map(|x| x as f32) }
     }
@@ -62,10 +67,11 @@ impl Sigmoid {
     }
 }
 
-/// The coefficients nearest to `start` whose colour is nearest to `goal`.
-fn solve(start: DVec3, goal: DVec3) -> DVec3 {
+/// The coefficients nearest to `start` whose colour is nearest to `goal`; `weights`: of equally spaced wavelengths, over the
+/// observer's range.
+pub(crate) fn solve(start: DVec3, goal: DVec3, weights: &[[f64; 3]]) -> DVec3 {
     let mut c = start;
-    let (mut residual, mut jacobian) = residual(c, goal);
+    let (mut residual, mut jacobian) = residual(c, goal, weights);
     let mut damping = 1e-4;
     for _ in 0..60 {
         if residual.length_squared() < 1e-20 {
@@ -75,7 +81,7 @@ fn solve(start: DVec3, goal: DVec3) -> DVec3 {
         let diagonal = DVec3::new(normal.x_axis.x, normal.y_axis.y, normal.z_axis.z);
         let damped = normal + DMat3::from_diagonal(damping * diagonal + 1e-14);
         let next = c - damped.inverse() * (jacobian.transpose() * residual);
-        let (next_residual, next_jacobian) = self::residual(next, goal);
+        let (next_residual, next_jacobian) = self::residual(next, goal, weights);
         if next.is_finite() && next_residual.length_squared() < residual.length_squared() {
             (c, residual, jacobian) = (next, next_residual, next_jacobian);
             damping = (damping * 0.1).max(1e-12);
@@ -90,8 +96,7 @@ fn solve(start: DVec3, goal: DVec3) -> DVec3 {
 }
 
 /// How far the colour of the coefficients `c` is from `goal`, and the derivative of that by `c`.
-fn residual(c: DVec3, goal: DVec3) -> (DVec3, DMat3) {
-    let weights = &colorimetry().reflectance_weights;
+fn residual(c: DVec3, goal: DVec3, weights: &[[f64; 3]]) -> (DVec3, DMat3) {
     let scale = 2.0 / (weights.len() - 1) as f64;
     let (mut colour, mut jacobian) = (DVec3::ZERO, DMat3::ZERO);
     for (i, w) in weights.iter().enumerate() {

@@ -44,6 +44,7 @@ fn build_values(ty: ParamType, values: Values, role: SpectrumRole) -> Built {
     let context = Context {
         files: &TestFiles,
         spectra: &Builder,
+        named: &bhs_core::texture::Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         hole: None,

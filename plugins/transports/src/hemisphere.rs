@@ -1,7 +1,7 @@
 //! `hemisphere`: the paper's light transport, and the oracle of every cleverer one.
 //!
 //! At every bounce a direction is drawn uniformly from the hemisphere above the surface; lamps are found by running into them.
-//! Mirrors and glass, which scatter into no hemisphere, choose their own direction. Works under any integrator.
+//! Mirrors, glass and varnish, which scatter not only into that hemisphere, choose their own direction. Works under any integrator.
 //! Source: Aikawa, Zhou and Wang 2019, section 3.
 //!
 //! | parameter | type | default | unit | meaning |
@@ -67,13 +67,14 @@ impl LightTransport for Hemisphere {
                 break;
             }
             let (choice, u) = (stream.next_1d(), stream.next_2d());
-            let specular = vertex.material.is_specular();
-            let wi = if specular {
+            let mut specular = false;
+            let wi = if vertex.material.chooses_directions() {
                 let Some(sample) = vertex.material.sample(&vertex.shading, vertex.wo, choice, u) else { break };
                 throughput *= sample.weight;
                 if sample.drops_wavelengths {
                     lambda.drop_secondary(&mut throughput);
                 }
+                specular = sample.specular;
                 sample.wi
             } else {
                 let up = uniform_hemisphere(u);

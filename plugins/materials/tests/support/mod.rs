@@ -2,14 +2,18 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
+use bhs_core::image::Image;
 use bhs_core::material::{Material, Shading};
 use bhs_core::params::{Context, Files, ParamInfo, Params};
 use bhs_core::sampling::{mix64, unit_f32};
+use bhs_core::spectrum::SampledSpectrum;
+use bhs_core::texture::{Named, Nameless, Texture, TextureKind};
 use bhs_core::value::{Param, ParamType, Values};
 use bhs_materials::ALL;
 use bhs_spectra::Builder;
 use glam::{DAffine3, Vec2, Vec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// A point with four wavelengths over the visible range.
 pub const AT: Shading = Shading { uv: Vec2::ZERO, lambda_nm: [450.0, 520.0, 589.0, 650.0] };
@@ -45,11 +49,62 @@ pub fn named(name: &str, value: &str) -> Param {
     param(ParamType::Spectrum, name, Values::Strings(vec![Spanned::new(value.to_owned(), span)]))
 }
 
+/// `"string name" [values]`.
+pub fn texts(name: &str, values: &[&str]) -> Param {
+    let text = |v: &&str| Spanned::new((*v).to_owned(), Span::default());
+    param(ParamType::String, name, Values::Strings(values.iter().map(text).collect()))
+}
+
+/// `"texture name" "value"`.
+pub fn texture(name: &str, value: &str) -> Param {
+    param(ParamType::Texture, name, Values::Strings(vec![Spanned::new(value.to_owned(), Span::default())]))
+}
+
+/// A number that is `u`, and a grey that is `u`, of the texture coordinates.
+struct Ramp;
+
+impl Texture for Ramp {
+    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
+        SampledSpectrum::splat(at.uv.x)
+    }
+
+    fn float(&self, at: &Shading) -> f32 {
+        at.uv.x
+    }
+}
+
+/// A scene with the texture "ramp", and the materials "gold" (rough), "mirror", "matt" (white) and "glass" (rough).
+struct Things;
+
+impl Named for Things {
+    fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Box<Diagnostic>> {
+        match name.value.as_str() {
+            "ramp" => Ok(Arc::new(Ramp)),
+            _ => Nameless.texture(name, kind, context),
+        }
+    }
+
+    fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Box<Diagnostic>> {
+        match name.value.as_str() {
+            "gold" => Ok(Arc::from(rough_gold(0.3))),
+            "mirror" => Ok(Arc::from(build("mirror", &[]))),
+            "matt" => Ok(Arc::from(build("diffuse", &[float("reflectance", 1.0)]))),
+            "glass" => Ok(Arc::from(rough_glass(0.3))),
+            _ => Nameless.material(name, context),
+        }
+    }
+
+    fn image(&self, path: &Spanned<String>, context: &Context) -> Result<Arc<Image>, String> {
+        Nameless.image(path, context)
+    }
+}
+
 /// The material, what was found, and the table of parameters.
 pub fn try_build(plugin: &str, params: &[Param]) -> (Option<Box<dyn Material>>, Vec<Diagnostic>, Vec<ParamInfo>) {
     let context = Context {
         files: &NoFiles,
         spectra: &Builder,
+        named: &Things,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         hole: None,
@@ -80,6 +135,17 @@ pub fn rough_white(alpha: f64) -> Box<dyn Material> {
 pub fn rough_gold(alpha: f64) -> Box<dyn Material> {
     let gold = [named("eta", "metal-Au-eta"), named("k", "metal-Au-k")];
     build("conductor", &[&gold[..], &[float("roughness", alpha), boolean("remaproughness", false)]].concat())
+}
+
+/// Glass with alpha as its roughness.
+pub fn rough_glass(alpha: f64) -> Box<dyn Material> {
+    build("dielectric", &[float("eta", 1.5), float("roughness", alpha), boolean("remaproughness", false)])
+}
+
+/// A white ground under a coat with alpha as its roughness.
+pub fn coated(reflectance: f64, alpha: f64, thickness: f64) -> Box<dyn Material> {
+    let coat = [float("roughness", alpha), boolean("remaproughness", false), float("thickness", thickness)];
+    build("coateddiffuse", &[&coat[..], &[float("reflectance", reflectance)]].concat())
 }
 
 /// The unit vector with cosine `z` and azimuth `phi`.

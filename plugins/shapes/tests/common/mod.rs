@@ -74,6 +74,7 @@ impl Place {
         let context = Context {
             files: &self.files,
             spectra: &NoSpectra,
+            named: &bhs_core::texture::Nameless,
             world_from_object: self.transform,
             reverse_orientation: self.reverse,
             hole: None,

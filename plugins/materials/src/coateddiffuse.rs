@@ -1,0 +1,181 @@
+//! `coateddiffuse`: a matt surface under a clear coat: plastic, varnish, glazed clay.
+//!
+//! The coat reflects as a dielectric does, smooth or rough; what it lets through meets Lambert's law on the ground, and light goes to
+//! and fro between the two. A matt ground forgets where light came from, so that the sum over all ways has a closed form: besides the
+//! coat's own reflection, the BSDF is `r/pi T(o) T(i) / (eta^2 (1 - r K))`, with the share T that the coat lets through and the share K
+//! of the ground's light that it sends back. This is what the random walk of pbrt-v4's `coateddiffuse` estimates; here nothing is
+//! left to chance. It is reciprocal, and a white ground under a smooth coat without thickness loses no light.
+//!
+//! Source: Jakob et al. 2014, "A Comprehensive Framework for Rendering Layered Materials", section 4; names and defaults of pbrt-v4.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `reflectance` | spectrum, texture | 0.5 | | share of the light that the ground reflects |
+//! | `roughness` | float | 0 | | of the coat: 0 (polished) to 1; no texture |
+//! | `uroughness`, `vroughness` | float | `roughness` | | must be equal: different ones are not supported yet |
+//! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
+//! | `thickness` | float | 0.01 | | of the coat: light that crosses it straight keeps exp(-thickness) |
+//! | `eta` | spectrum | 1.5 | | the coat's refractive index; the same at all wavelengths |
+//! | `albedo` | spectrum | 0 | | must be 0: a coat that scatters light is not supported yet |
+//! | `g` | float | 0 | | no effect in a clear coat |
+//! | `maxdepth`, `nsamples` | integer | 10, 1 | | no effect: all ways of the light are summed |
+//!
+//! ```bhs
+//! Material "coateddiffuse" "rgb reflectance" [0.6 0.1 0.1] "float roughness" 0.05
+//! ```
+
+use crate::coat::Coat;
+use crate::fresnel;
+use crate::microfacet::Ggx;
+use crate::roughness::Facets;
+use bhs_core::Plugin;
+use bhs_core::diagnostics::Diagnostic;
+use bhs_core::material::{BsdfSample, Material, Shading, same_hemisphere};
+use bhs_core::params::Params;
+use bhs_core::sampling::cosine_hemisphere;
+use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_core::texture::SpectrumParameter;
+use glam::{Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
+
+/// The entry in the list of plugins.
+pub const PLUGIN: Plugin<dyn Material> =
+    Plugin { name: "coateddiffuse", summary: "a matt surface under a clear coat, such as plastic or varnish", build };
+
+struct CoatedDiffuse {
+    reflectance: SpectrumParameter,
+    eta: f32,
+    /// Of the coat; `None`: smooth.
+    facets: Option<Ggx>,
+    coat: Coat,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Material>> {
+    let about = "share of the light that the ground reflects";
+    let reflectance = p.spectrum_parameter("reflectance", 0.5, SpectrumRole::Reflectance, "", about);
+    let facets = match Facets::read(p) {
+        Facets::Smooth => None,
+        Facets::Rough(facets) => Some(facets),
+        Facets::Textured { .. } => {
+            p.report(
+                Diagnostic::error("unsupported", "a texture of a coat's roughness is not supported yet")
+                    .at(p.span_of("roughness"), "")
+                    .help("give a number"),
+            );
+            None
+        }
+    };
+    let thickness =
+        p.get_in("thickness", 0.01, 0.0..=1e6, "", "of the coat: light that crosses it straight keeps exp(-thickness)");
+    let spectrum =
+        p.spectrum("eta", 1.5, SpectrumRole::Unbounded, "", "refractive index of the coat, the same at all wavelengths");
+    let mut eta = spectrum.at(p.context().lambda_range[0]);
+    if !spectrum.is_constant() {
+        p.report(
+            Diagnostic::error("unsupported", "dispersion in a coat is not supported yet")
+                .at(p.span_of("eta"), "this refractive index depends on the wavelength")
+                .help("give a number"),
+        );
+    } else if eta <= 0.0 {
+        p.reject("eta", format!("`eta` is {eta}"), "a refractive index is greater than 0");
+        eta = 1.5;
+    }
+    let albedo = p.spectrum("albedo", 0.0, SpectrumRole::Reflectance, "", "must be 0: a coat that scatters is not supported yet");
+    if albedo.max(1.0, 1e6) > 0.0 {
+        p.report(
+            Diagnostic::error("unsupported", "a coat that scatters light is not supported yet")
+                .at(p.span_of("albedo"), "only 0 is possible")
+                .help("remove `albedo`"),
+        );
+    }
+    p.get_in("g", 0.0, -1.0..=1.0, "", "no effect in a clear coat");
+    p.get_in("maxdepth", 10, 1..=1_000_000, "", "no effect: all ways of the light are summed");
+    p.get_in("nsamples", 1, 1..=1_000_000, "", "no effect: all ways of the light are summed");
+    Some(Box::new(CoatedDiffuse { reflectance, eta, facets, coat: Coat::new(eta, facets, thickness as f32) }))
+}
+
+impl CoatedDiffuse {
+    /// The ground's part of the BSDF times pi, over the share that gets through from `wi`.
+    fn ground(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
+        let through = self.coat.through(wo.z.abs()) / (self.eta * self.eta);
+        self.reflectance.sample(at).map(|r| r * through / (1.0 - r * self.coat.back))
+    }
+
+    /// Probability that a direction is chosen by the coat.
+    fn chooses_coat(&self, ground: SampledSpectrum, wo: Vec3) -> f32 {
+        let coat = self.coat.reflected(wo.z.abs());
+        let whole = coat + ground.mean() * self.coat.mean_through;
+        if whole > 0.0 { coat / whole } else { 1.0 }
+    }
+
+    /// The BSDF times |cos(theta_i)|, and the density of `wi`, but for a smooth coat's reflection; both on the side z > 0.
+    fn both(&self, ground: SampledSpectrum, by_coat: f32, wo: Vec3, wi: Vec3) -> (SampledSpectrum, f32) {
+        let cos_per_pi = wi.z * FRAC_1_PI;
+        let mut value = ground * (self.coat.through(wi.z) * cos_per_pi);
+        let mut pdf = (1.0 - by_coat) * cos_per_pi;
+        if let (Some(facets), Some(m)) = (self.facets, (wo + wi).try_normalize()) {
+            let mirrored = facets.mirrored_density(wo, m);
+            let (reflected, _) = fresnel::dielectric(wo.dot(m).clamp(0.0, 1.0), self.eta);
+            value += SampledSpectrum::splat(reflected * mirrored * facets.shadowing(wo, wi));
+            pdf += by_coat * mirrored;
+        }
+        (value, pdf)
+    }
+
+    /// What [`CoatedDiffuse::both`] says, on either side; nothing crosses the ground.
+    fn evaluate_both(&self, at: &Shading, wo: Vec3, wi: Vec3) -> (SampledSpectrum, f32) {
+        if !same_hemisphere(wo, wi) {
+            return (SampledSpectrum::ZERO, 0.0);
+        }
+        let side = Vec3::new(1.0, 1.0, wo.z.signum());
+        let ground = self.ground(at, wo);
+        self.both(ground, self.chooses_coat(ground, wo), wo * side, wi * side)
+    }
+}
+
+impl Material for CoatedDiffuse {
+    fn evaluate(&self, at: &Shading, wo: Vec3, wi: Vec3) -> SampledSpectrum {
+        self.evaluate_both(at, wo, wi).0
+    }
+
+    fn pdf(&self, at: &Shading, wo: Vec3, wi: Vec3) -> f32 {
+        self.evaluate_both(at, wo, wi).1
+    }
+
+    fn sample(&self, at: &Shading, wo: Vec3, choice: f32, u: Vec2) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let side = Vec3::new(1.0, 1.0, wo.z.signum());
+        let up = wo * side;
+        let ground = self.ground(at, wo);
+        let by_coat = self.chooses_coat(ground, wo);
+        let wi = if choice >= by_coat {
+            cosine_hemisphere(u)
+        } else if let Some(facets) = self.facets {
+            fresnel::reflect(up, facets.sample_visible(up, u))
+        } else {
+            let wi = Vec3::new(-wo.x, -wo.y, wo.z);
+            let weight = SampledSpectrum::splat(self.coat.reflected(up.z) / by_coat);
+            return Some(BsdfSample { wi, weight, pdf: 1.0, specular: true, drops_wavelengths: false });
+        };
+        if wi.z <= 0.0 {
+            return None;
+        }
+        let (value, pdf) = self.both(ground, by_coat, up, wi);
+        (pdf > 0.0).then(|| BsdfSample { wi: wi * side, weight: value / pdf, pdf, specular: false, drops_wavelengths: false })
+    }
+
+    fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
+        let coat = self.coat.reflected(wo.z.abs());
+        self.ground(at, wo).map(|ground| coat + ground * self.coat.mean_through)
+    }
+
+    fn is_specular(&self) -> bool {
+        false
+    }
+
+    fn chooses_directions(&self) -> bool {
+        self.facets.is_none()
+    }
+}

@@ -1,0 +1,64 @@
+//! `checkerboard`: squares of two values, alternating.
+//!
+//! A square is one unit wide in (s, t), which are the texture coordinates by the mapping; `tex1` is the one at the origin. Edges are
+//! sharp: there is no filter but that of the picture.
+//!
+//! Names and defaults of pbrt-v4.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `tex1`, `tex2` | spectrum, texture | 1, 0 | | the two values; floats in a texture of floats |
+//! | `dimension` | integer | 2 | | must be 2: a board of cubes is not supported yet |
+//! | `mapping` | string | "uv" | | how a point is placed |
+//! | `uscale`, `vscale` | float | 1 | | factors of u and v |
+//! | `udelta`, `vdelta` | float | 0 | | what is added to them |
+//!
+//! ```bhs
+//! WorldBegin
+//! Texture "board" "spectrum" "checkerboard" "float uscale" 8 "float vscale" 8 "float tex1" 0.8 "float tex2" 0.1
+//! ```
+
+use crate::mapping::UvMapping;
+use bhs_core::Plugin;
+use bhs_core::material::Shading;
+use bhs_core::params::Params;
+use bhs_core::spectrum::SampledSpectrum;
+use bhs_core::texture::{Texture, TextureInput};
+
+/// The entry in the list of plugins.
+pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "checkerboard", summary: "squares of two values, alternating", build };
+
+struct Checkerboard {
+    values: [TextureInput; 2],
+    mapping: UvMapping,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Texture>> {
+    let tex1 = p.texture_input("tex1", 1.0, "the value of the square at the origin");
+    let tex2 = p.texture_input("tex2", 0.0, "the value of its neighbours");
+    let dimension = p.get("dimension", 2, "", "must be 2: a board of cubes is not supported yet");
+    if dimension != 2 {
+        p.reject("dimension", format!("`dimension` is {dimension}"), "only 2 is possible");
+    }
+    let mapping = UvMapping::read(p);
+    Some(Box::new(Checkerboard { values: [tex1, tex2], mapping }))
+}
+
+impl Checkerboard {
+    #[inline]
+    fn value(&self, at: &Shading) -> &TextureInput {
+        let square = self.mapping.place(at).floor();
+        let odd = (square.x + square.y).rem_euclid(2.0) >= 1.0;
+        &self.values[usize::from(odd)]
+    }
+}
+
+impl Texture for Checkerboard {
+    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
+        self.value(at).spectrum(at)
+    }
+
+    fn float(&self, at: &Shading) -> f32 {
+        self.value(at).float(at)
+    }
+}

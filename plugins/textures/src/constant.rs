@@ -1,0 +1,37 @@
+//! `constant`: the same value everywhere.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `value` | spectrum, texture | 1 | | the value; a float in a texture of floats |
+//!
+//! ```bhs
+//! WorldBegin
+//! Texture "grey" "spectrum" "constant" "spectrum value" 0.5
+//! ```
+
+use bhs_core::Plugin;
+use bhs_core::material::Shading;
+use bhs_core::params::Params;
+use bhs_core::spectrum::SampledSpectrum;
+use bhs_core::texture::{Texture, TextureInput};
+
+/// The entry in the list of plugins.
+pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "constant", summary: "the same value everywhere", build };
+
+struct Constant {
+    value: TextureInput,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Texture>> {
+    Some(Box::new(Constant { value: p.texture_input("value", 1.0, "the value") }))
+}
+
+impl Texture for Constant {
+    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
+        self.value.spectrum(at)
+    }
+
+    fn float(&self, at: &Shading) -> f32 {
+        self.value.float(at)
+    }
+}

@@ -1,0 +1,214 @@
+//! `imagemap`: a picture.
+//!
+//! The picture's lower left corner is (s, t) = (0, 0), its upper right one (1, 1); (s, t) are the texture coordinates by the mapping.
+//! A texture of spectra raises each colour to a smooth spectrum, as `rgb` does; a texture of floats is the mean of the channels.
+//! Eight and sixteen bits a channel are decoded as `encoding` says, HDR and EXR pictures are linear.
+//!
+//! Names, defaults and conventions of pbrt-v4; the filters are those of a single level of detail.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `filename` | string | required | | a PNG, JPEG, HDR or EXR picture |
+//! | `wrap` | string | "repeat" | | outside of the picture: it repeats, keeps its edge (`clamp`) or is `black` |
+//! | `filter` | string | "bilinear" | | between texels; or the nearest one: `point` |
+//! | `encoding` | string | "sRGB" | | of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent |
+//! | `scale` | float | 1 | | factor |
+//! | `invert` | bool | false | | whether it is one minus the picture |
+//! | `mapping` | string | "uv" | | how a point is placed |
+//! | `uscale`, `vscale` | float | 1 | | factors of u and v |
+//! | `udelta`, `vdelta` | float | 0 | | what is added to them |
+//!
+//! ```text
+//! Texture "wood" "spectrum" "imagemap" "string filename" "wood.png" "float uscale" 4
+//! ```
+
+use crate::mapping::UvMapping;
+use bhs_core::Plugin;
+use bhs_core::diagnostics::{Diagnostic, Spanned, did_you_mean};
+use bhs_core::image::{Image, Texels};
+use bhs_core::material::Shading;
+use bhs_core::params::Params;
+use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_core::texture::{Texture, TextureKind};
+use bhs_spectra::{SmoothSpectra, d65};
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// The entry in the list of plugins.
+pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "imagemap", summary: "a picture: PNG, JPEG, HDR or EXR", build };
+
+/// What lies outside of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Wrap {
+    Repeat,
+    Clamp,
+    Black,
+}
+
+/// How the numbers of 8 and 16 bits mean light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Encoding {
+    Srgb,
+    Linear,
+    Gamma(f32),
+}
+
+impl Encoding {
+    /// The light of a value between 0 and 1 (sRGB: IEC 61966-2-1).
+    fn decode(self, v: f32) -> f32 {
+        match self {
+            Self::Linear => v,
+            Self::Gamma(gamma) => v.powf(gamma),
+            Self::Srgb if v <= 0.040_45 => v / 12.92,
+            Self::Srgb => ((v + 0.055) / 1.055).powf(2.4),
+        }
+    }
+}
+
+struct ImageMap {
+    image: Arc<Image>,
+    /// The light of each value of a byte.
+    byte: Box<[f32; 256]>,
+    encoding: Encoding,
+    wrap: Wrap,
+    bilinear: bool,
+    scale: f32,
+    invert: bool,
+    mapping: UvMapping,
+    /// For what its spectra are.
+    role: SpectrumRole,
+    spectra: &'static SmoothSpectra,
+}
+
+fn build(p: &Params) -> Option<Box<dyn Texture>> {
+    let filename = p.require::<String>("filename", "", "a PNG, JPEG, HDR or EXR picture");
+    let wrap = choice(p, "wrap", &["repeat", "clamp", "black"], "outside: the picture repeats, keeps its edge, or is black");
+    let filter = choice(p, "filter", &["bilinear", "point"], "between texels: a mean, or the nearest one");
+    let encoding = encoding(p);
+    let scale = p.get_in("scale", 1.0, 0.0..=f64::from(f32::MAX), "", "factor") as f32;
+    let invert = p.get("invert", false, "", "whether it is one minus the picture");
+    let mapping = UvMapping::read(p);
+    let path = Spanned::new(filename?, p.span_of("filename"));
+    let image = match p.context().named.image(&path, p.context()) {
+        Ok(image) => image,
+        Err(why) => {
+            p.report(Diagnostic::error("unreadable", format!("cannot read `{}`: {why}", path.value)).at(path.span, ""));
+            Arc::new(Image::of_one_texel([0.0; 3]))
+        }
+    };
+    let role = match p.context().named.kind() {
+        TextureKind::Spectrum(role) => role,
+        TextureKind::Float => SpectrumRole::Unbounded,
+    };
+    Some(Box::new(ImageMap {
+        image,
+        byte: Box::new(std::array::from_fn(|i| encoding.decode(i as f32 / 255.0))),
+        encoding,
+        wrap: match wrap {
+            "clamp" => Wrap::Clamp,
+            "black" => Wrap::Black,
+            _ => Wrap::Repeat,
+        },
+        bilinear: filter == "bilinear",
+        scale,
+        invert,
+        mapping,
+        role,
+        spectra: SmoothSpectra::get(),
+    }))
+}
+
+/// One of several words, the first by default.
+fn choice(p: &Params, name: &'static str, words: &'static [&'static str], about: &'static str) -> &'static str {
+    let given = p.get(name, words[0].to_owned(), "", about);
+    if let Some(word) = words.iter().find(|w| **w == given) {
+        return word;
+    }
+    let help = match did_you_mean(&given, words.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there is {}", words.join(", ")),
+    };
+    let message = format!("unknown `{name}`: `{given}`");
+    p.report(Diagnostic::error("bad-value", message).at(p.span_of(name), "").help(help));
+    words[0]
+}
+
+fn encoding(p: &Params) -> Encoding {
+    let given = p.get("encoding", "sRGB".to_owned(), "", "of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent");
+    let mut words = given.split_whitespace();
+    let gamma = |word: Option<&str>| word.and_then(|w| w.parse().ok()).filter(|g: &f32| *g > 0.0 && g.is_finite());
+    match (words.next(), words.next()) {
+        (Some("sRGB"), None) => Encoding::Srgb,
+        (Some("linear"), None) => Encoding::Linear,
+        (Some("gamma"), exponent) if words.next().is_none() && gamma(exponent).is_some() => {
+            gamma(exponent).map_or(Encoding::Srgb, Encoding::Gamma)
+        }
+        _ => {
+            let message = format!("unknown `encoding`: `{given}`");
+            let help = "there is \"sRGB\", \"linear\" and \"gamma 2.2\"";
+            p.report(Diagnostic::error("bad-value", message).at(p.span_of("encoding"), "").help(help));
+            Encoding::Srgb
+        }
+    }
+}
+
+impl ImageMap {
+    /// The light of the texel in a column and a row from the top, which may lie outside.
+    #[inline]
+    fn texel(&self, x: i64, y: i64) -> Vec3 {
+        let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
+        let (x, y) = match self.wrap {
+            Wrap::Repeat => (x.rem_euclid(w), y.rem_euclid(h)),
+            Wrap::Clamp => (x.clamp(0, w - 1), y.clamp(0, h - 1)),
+            Wrap::Black if x < 0 || x >= w || y < 0 || y >= h => return Vec3::ZERO,
+            Wrap::Black => (x, y),
+        };
+        let i = (y * w + x) as usize;
+        match &self.image.texels {
+            Texels::Bytes(t) => Vec3::from_array(t[i].map(|c| self.byte[usize::from(c)])),
+            Texels::Words(t) => Vec3::from_array(t[i].map(|c| self.encoding.decode(f32::from(c) / 65535.0))),
+            Texels::Floats(t) => Vec3::from_array(t[i]),
+        }
+    }
+
+    /// Linear sRGB at a point.
+    fn rgb(&self, at: &Shading) -> Vec3 {
+        let st = self.mapping.place(at);
+        let size = Vec2::new(self.image.width as f32, self.image.height as f32);
+        // Rows are counted from the top.
+        let p = Vec2::new(st.x, 1.0 - st.y) * size;
+        let rgb = if self.bilinear {
+            // A texel's value is that of its middle.
+            let p = p - 0.5;
+            let (corner, f) = (p.floor(), p - p.floor());
+            let (x, y) = (corner.x as i64, corner.y as i64);
+            let row = |y| self.texel(x, y).lerp(self.texel(x + 1, y), f.x);
+            row(y).lerp(row(y + 1), f.y)
+        } else {
+            self.texel(p.x.floor() as i64, p.y.floor() as i64)
+        } * self.scale;
+        (if self.invert { 1.0 - rgb } else { rgb }).max(Vec3::ZERO)
+    }
+}
+
+impl Texture for ImageMap {
+    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
+        let rgb = self.rgb(at);
+        if self.role == SpectrumRole::Reflectance {
+            let smooth = self.spectra.of(rgb.min(Vec3::ONE).to_array());
+            return SampledSpectrum(at.lambda_nm.map(|l| smooth.at(l)));
+        }
+        // As `rgb` does it.
+        let scale = 2.0 * rgb.max_element();
+        if scale == 0.0 {
+            return SampledSpectrum::ZERO;
+        }
+        let smooth = self.spectra.of((rgb / scale).to_array());
+        let values = SampledSpectrum(at.lambda_nm.map(|l| scale * smooth.at(l)));
+        if self.role == SpectrumRole::Emission { values * d65().sample(at.lambda_nm) } else { values }
+    }
+
+    fn float(&self, at: &Shading) -> f32 {
+        self.rgb(at).element_sum() / 3.0
+    }
+}

@@ -1,0 +1,21 @@
+//! Textures: values that vary over surfaces. One file, one plugin; `decode` reads pictures, `mapping` places them.
+
+use bhs_core::Plugin;
+use bhs_core::texture::Texture;
+
+mod checkerboard;
+mod constant;
+pub mod decode;
+mod imagemap;
+mod mapping;
+mod mix;
+mod scale;
+
+/// All textures.
+pub const ALL: &[Plugin<dyn Texture>] = &[checkerboard::PLUGIN, constant::PLUGIN, imagemap::PLUGIN, mix::PLUGIN, scale::PLUGIN];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    bhs_core::every_file_is_listed!([ALL], helpers: ["decode", "mapping"]);
+}
