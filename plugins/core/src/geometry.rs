@@ -113,6 +113,9 @@ pub struct TriangleMesh {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates of the vertices, or empty.
     pub uvs: Vec<[f32; 2]>,
+    /// Whether the second and the third corner of every triangle have changed places since its author wrote it: what texture coordinates
+    /// it has without `uvs` depends on their order.
+    pub flipped: bool,
 }
 
 impl TriangleMesh {
@@ -147,6 +150,7 @@ impl TriangleMesh {
         }
         let corner_uv = |i: usize| match self.uvs.get(v[i] as usize) {
             Some(uv) => DVec2::from_array(uv.map(f64::from)),
+            None if self.flipped => [DVec2::ZERO, DVec2::ONE, DVec2::X][i],
             None => [DVec2::ZERO, DVec2::X, DVec2::ONE][i],
         };
         let uv = (0..3).map(|i| corner_uv(i) * weights[i]).sum::<DVec2>().as_vec2();
@@ -264,6 +268,8 @@ pub struct WorldMesh {
     pub normals: Vec<[f32; 3]>,
     /// See [`TriangleMesh::uvs`].
     pub uvs: Vec<[f32; 2]>,
+    /// See [`TriangleMesh::flipped`].
+    pub flipped: bool,
 }
 
 impl WorldMesh {
@@ -279,7 +285,8 @@ impl WorldMesh {
             n.is_finite() && n.length_squared() > 0.0
         });
         let dropped = before - self.triangles.len();
-        let mesh = TriangleMesh { positions, triangles: self.triangles, normals: self.normals, uvs: self.uvs };
+        let Self { triangles, normals, uvs, flipped, .. } = self;
+        let mesh = TriangleMesh { positions, triangles, normals, uvs, flipped };
         (mesh, dropped)
     }
 

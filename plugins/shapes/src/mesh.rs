@@ -29,6 +29,7 @@ pub(crate) fn to_world(p: &Params, mut mesh: WorldMesh) -> Option<WorldGeometry>
         for t in &mut mesh.triangles {
             t.swap(1, 2);
         }
+        mesh.flipped = !mesh.flipped;
     }
     let n_matrix = normal_matrix(m) * if reverse { -1.0 } else { 1.0 };
     for n in &mut mesh.normals {

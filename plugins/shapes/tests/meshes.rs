@@ -100,6 +100,20 @@ fn indices_and_texture_coordinates() {
 }
 
 #[test]
+fn texture_coordinates_that_are_not_given_follow_the_order_of_the_corners() {
+    // As in pbrt: (0,0) (1,0) (1,1) at the corners as the scene lists them, whatever becomes of the orientation.
+    for (place, t) in transforms().into_iter().flat_map(|t| [(Place::at(t), t), (Place::at(t).reversed(), t)]) {
+        let (mesh, _) = place.mesh("trianglemesh", &triangle()).rebase(DVec3::ZERO);
+        for (corner, uv) in CORNERS.chunks(3).zip([DVec2::ZERO, DVec2::X, DVec2::ONE]) {
+            let at = t.transform_point3(DVec3::from_slice(corner)).as_vec3().to_array();
+            let weights = [DVec2::ZERO, DVec2::X, DVec2::Y];
+            let which = (0..3).find(|i| mesh.positions[mesh.triangles[0][*i] as usize] == at).expect("a corner");
+            assert_eq!(mesh.surface(0, weights[which]).uv.as_dvec2(), uv);
+        }
+    }
+}
+
+#[test]
 fn faults_of_a_trianglemesh_are_told() {
     let check = |extra: &[Param], expected: &[&str]| {
         let params = [&triangle(), extra].concat();
