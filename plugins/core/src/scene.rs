@@ -165,6 +165,12 @@ impl Scene {
         })
     }
 
+    /// Whether light bends in this scene.
+    #[inline]
+    pub fn bends(&self) -> bool {
+        self.world.hole.is_some_and(|h| h.rs > 0.0) && self.integrator.is_curved()
+    }
+
     /// Who measures light at `point` (render space); `None` where nobody can stand.
     #[inline]
     pub fn observer(&self, point: DVec3) -> Option<Observer> {
