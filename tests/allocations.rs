@@ -3,7 +3,7 @@
 
 mod common;
 
-use bhs::lang::{BuiltScene, Overrides};
+use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
 use bhs::registry::Registry;
 use bhs_core::integrator::{Integrator, Ray};
 use bhs_core::sampling::SampleStream;
@@ -14,10 +14,10 @@ use common::{build_with, read};
 use glam::DVec2;
 
 /// Follows `count` camera paths all over the picture, and returns how many rays that took.
-fn follow(built: &BuiltScene, count: u32) -> u64 {
+fn follow(built: &BuiltScene, count: u32, sums: &mut [f64]) -> u64 {
     let [width, height] = built.film.resolution();
     let [lo, hi] = built.film.lambda_range();
-    let (mut log, mut sums) = (TraceLog::default(), [0.0; 16]);
+    let mut log = TraceLog::default();
     for i in 0..count {
         let pixel = [i % width, i / width % height];
         let mut stream = SampleStream::new(&*built.sampler, pixel, i / (width * height));
@@ -28,7 +28,7 @@ fn follow(built: &BuiltScene, count: u32) -> u64 {
         let direction = built.scene.camera.frame.chart_direction(seen.direction);
         let ray = Ray { origin: seen.origin, direction, footprint: built.scene.footprints.camera };
         let radiance = built.transport.radiance(&built.scene, ray, &lambda, &mut stream, &mut log);
-        built.film.add(radiance * weight, &lambda, &mut sums);
+        built.film.add(radiance * weight, &lambda, sums);
     }
     log.counters.geodesics
 }
@@ -36,12 +36,17 @@ fn follow(built: &BuiltScene, count: u32) -> u64 {
 fn check(name: &str, text: &str, count: u32, overrides: &Overrides) {
     let overrides = Overrides { resolution: Some([64, 48]), ..overrides.clone() };
     let built = build_with(text, &overrides);
+    check_built(&format!("{name}, {overrides:?}"), &built, count);
+}
+
+fn check_built(name: &str, built: &BuiltScene, count: u32) {
+    let mut sums = vec![0.0; built.film.channels().len()];
     // What is made when it is first asked for is made here.
-    follow(&built, 100);
+    follow(built, 100, &mut sums);
     let mut rays = 0;
-    let found = allocation_counter::measure(|| rays = follow(&built, count));
+    let found = allocation_counter::measure(|| rays = follow(built, count, &mut sums));
     assert!(rays >= u64::from(count), "{name}: {rays} rays");
-    assert_eq!(found.count_total, 0, "{name}, {overrides:?}: {} bytes in {rays} rays", found.bytes_total);
+    assert_eq!(found.count_total, 0, "{name}: {} bytes in {rays} rays", found.bytes_total);
 }
 
 /// Scene files by name, with includes seen from the project's root.
@@ -90,17 +95,21 @@ fn no_material_and_no_light_of_the_scenes_allocates() {
 }
 
 #[test]
-fn no_material_allocates() {
-    let world = "WorldBegin\nLightSource \"infinite\" \"spectrum L\" \"stdillum-D65\"\nTranslate 0 0 4\n";
-    let hole = "BlackHole \"schwarzschild\" \"point3 center\" [0 0 -2] \"float rs\" 0.02\n";
-    for material in Registry::builtin().names::<dyn bhs_core::material::Material>() {
-        // A mix wants materials of its own.
-        if material == "mix" {
-            continue;
+fn no_plugin_of_the_reference_allocates() {
+    // Every plugin has an example there.
+    let reference = read("grammar/README.md");
+    let examples = reference.split("```bhs\n").skip(1).map(|rest| rest.split("```").next().unwrap_or(rest));
+    let mut count = 0;
+    for (number, example) in examples.enumerate() {
+        let name = format!("example {number}: {example}");
+        let mut sources = SourceMap::new();
+        let file = format!("grammar/example_{number}.bhs");
+        let overrides = Overrides { resolution: Some([64, 48]), ..Default::default() };
+        match lang::load_text(&file, example, &Registry::builtin(), &overrides, &mut sources) {
+            Ok(built) => check_built(&name, &built, 500),
+            Err(found) => panic!("{name}: {}", bhs::report::render(&found, &sources, false)),
         }
-        let shapes = format!("Material \"{material}\"\nShape \"sphere\"\nTranslate 0 -2 0\nShape \"sphere\"\n");
-        for hole in ["", hole] {
-            check(material, &format!("{world}{shapes}{hole}"), 5_000, &Overrides::default());
-        }
+        count += 1;
     }
+    assert!(count >= 50, "{count}");
 }
