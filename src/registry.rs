@@ -64,6 +64,11 @@ macro_rules! kinds {
                 Self { $($field: $list.to_vec(),)* spectra: Box::new(bhs_spectra::Builder) }
             }
 
+            /// No plugins but the spectra: for a program that makes its own choice by [`Registry::with`].
+            pub fn empty() -> Self {
+                Self { $($field: Vec::new(),)* spectra: Box::new(bhs_spectra::Builder) }
+            }
+
             /// Adds a plugin; one of the same kind and name is replaced.
             pub fn with(mut self, plugin: impl Into<AnyPlugin>) -> Self {
                 match plugin.into() {
@@ -186,7 +191,7 @@ impl Registry {
 }
 
 /// A context in which nothing of the scene is known yet.
-pub(crate) fn bare_context<'a>(files: &'a dyn Files, spectra: &'a dyn SpectrumSource) -> Context<'a> {
+pub fn bare_context<'a>(files: &'a dyn Files, spectra: &'a dyn SpectrumSource) -> Context<'a> {
     Context {
         files,
         spectra,

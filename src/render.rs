@@ -13,7 +13,7 @@ use bhs_core::integrator::Ray;
 use bhs_core::layer::Layer;
 use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::scene::Scene;
-use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
+use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
 use bhs_core::stats::{Counters, TraceLog};
 use bhs_core::transport::LightTransport;
 use glam::DVec2;
@@ -112,11 +112,13 @@ fn render_tile(
     samples: std::ops::Range<u32>,
 ) -> Counters {
     let mut log = TraceLog::default();
+    let [lo, hi] = job.film.lambda_range();
+    let wavelengths = VisibleWavelengths::new(lo, hi);
     let wants_variance = job.film.layers().contains(&Layer::Variance);
     for i in 0..tile.weights.len() {
         let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
         for index in samples.clone() {
-            let mut seen = Sample::new(job, pixel, index);
+            let mut seen = Sample::new(job, &wavelengths, pixel, index);
             if let Some(layers) = layers {
                 tile.add_layers(i, job.film.layers(), layers.values(&seen.ray), f64::from(seen.weight));
             }
@@ -155,13 +157,12 @@ struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    fn new(job: &Job<'a>, pixel: [u32; 2], index: u32) -> Self {
+    fn new(job: &Job<'a>, wavelengths: &VisibleWavelengths, pixel: [u32; 2], index: u32) -> Self {
         let mut stream = SampleStream::new(job.sampler, pixel, index);
         let (offset, weight) = job.filter.sample(stream.next_2d());
         let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
         let seen = job.camera.ray(raster, stream.next_2d());
-        let [lo, hi] = job.film.lambda_range();
-        let lambda = SampledWavelengths::visible(stream.next_1d(), lo, hi);
+        let lambda = wavelengths.sample(stream.next_1d());
         let observer = job.scene.observer(seen.origin);
         let direction = observer.unwrap_or(Observer::FLAT).frame.chart_direction(seen.direction);
         let ray = Ray { origin: seen.origin, direction, footprint: job.scene.footprints.camera };

@@ -441,6 +441,7 @@ fn every_scene_that_readme_shows_has_no_errors() {
         "redshift_wall",
         "frames_static",
         "frames_chart",
+        "prism",
     ];
     for name in names {
         assert!(readme.contains(name) && common::root().join(format!("docs/{name}.png")).exists(), "{name}");

@@ -16,7 +16,7 @@ use bhs::registry::Registry;
 use bhs::report;
 use bhs_core::diagnostics::{Diagnostic, Severity, Span};
 use expect_test::{Expect, expect};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -126,9 +126,71 @@ fn scenes() -> Vec<PathBuf> {
 fn faulty_scenes_say_what_is_wrong() {
     let bless = std::env::var_os("BLESS").is_some();
     let scenes = scenes();
-    assert!(scenes.len() >= 30, "only {} scenes", scenes.len());
+    assert!(scenes.len() >= 90, "only {} scenes", scenes.len());
     let wrong: Vec<String> = scenes.iter().flat_map(|s| check(s, bless)).collect();
     assert!(wrong.is_empty(), "{}\nBLESS=1 writes this into the scenes", wrong.join("\n"));
+}
+
+/// Kinds of findings that no faulty scene of the folder shows, and why.
+const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
+    ("attribute-depth", "a scene of a thousand lines: src/lang/tests.rs"),
+    ("file-too-large", "takes 4 GiB"),
+    ("include-depth", "takes 65 files: src/lang/tests.rs"),
+    ("incomplete", "a fault of bhs"),
+    ("intersector-failed", "a fault of the intersector"),
+    ("negative-light", "takes a picture of floats, which the folder has none of"),
+    ("plugin-failed", "a fault of a plugin"),
+    ("too-many-files", "takes 65,536 files"),
+    ("unknown-camera", "on the command line: tests/command_line.rs"),
+    ("unreadable", "a scene that the grammar does not cover: there is none"),
+];
+
+/// The kinds of findings that the source files below `folder` make, by the name that follows one of the functions that make them.
+fn codes(folder: &Path, into: &mut BTreeSet<String>) {
+    for entry in fs::read_dir(folder).expect("the folder is there") {
+        let path = entry.expect("and can be read").path();
+        if path.is_dir() {
+            codes(&path, into);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = fs::read_to_string(&path).expect("source files can be read");
+            let text = text.split("#[cfg(test)]").next().unwrap_or("");
+            for made in ["error(", "warning(", "fault(", "refuse("] {
+                for rest in text.split(made).skip(1).filter_map(|rest| rest.trim_start().strip_prefix('"')) {
+                    let code = rest.split('"').next().unwrap_or("");
+                    if code.contains('-') && code.bytes().all(|b| b.is_ascii_lowercase() || b == b'-') {
+                        into.insert(code.to_owned());
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_kind_of_finding_has_a_scene() {
+    let mut made = BTreeSet::new();
+    codes(Path::new("src"), &mut made);
+    for plugin in fs::read_dir("plugins").expect("the folder is there") {
+        codes(&plugin.expect("and can be read").path().join("src"), &mut made);
+    }
+    assert!(made.len() > 40, "{made:?}");
+    let shown: BTreeSet<&str> =
+        scenes().iter().flat_map(|s| findings(&s.to_string_lossy(), &Overrides::default()).0).map(|d| d.code).collect();
+    let missing: Vec<&String> =
+        made.iter().filter(|c| !shown.contains(c.as_str()) && SHOWN_ELSEWHERE.iter().all(|(e, _)| e != c)).collect();
+    assert!(missing.is_empty(), "no scene in {FOLDER} shows {missing:?}");
+}
+
+#[test]
+fn every_directive_is_at_fault_somewhere() {
+    let texts: Vec<String> = scenes().iter().map(|s| fs::read_to_string(s).unwrap_or_default()).collect();
+    for keyword in lang::keywords() {
+        let faulty = texts.iter().any(|text| {
+            let lines: Vec<&str> = text.lines().collect();
+            lines.windows(2).any(|w| MARKS.iter().any(|m| w[0].starts_with(m)) && w[1].split(' ').next() == Some(keyword))
+        });
+        assert!(faulty, "no scene in {FOLDER} has a fault in `{keyword}`");
+    }
 }
 
 fn rendering(scene: &str, overrides: &Overrides, expected: &Expect) {
@@ -245,6 +307,98 @@ fn the_look_of_two_places_and_a_flag() {
           = help: did you mean `schwarzschild-rk4`?
 
         2 errors
+    "#]],
+    );
+}
+
+#[test]
+fn the_look_of_what_is_never_closed() {
+    rendering(
+        "unclosed_both",
+        &Overrides::default(),
+        &expect![[r#"
+        error: this list is never closed
+         --> tests/diagnostics/unclosed_both.bhs:4:37
+          |
+        4 | LightSource "infinite" "spectrum L" [400 1 700 2
+          |                                     ^ opened here
+          |
+          = help: add a `]`
+
+        error: this list is never closed
+         --> tests/diagnostics/unclosed_both.bhs:7:33
+          |
+        7 | Shape "trianglemesh" "point3 P" [ 0 0 0  1 0 0  0 1 0
+          |                                 ^ opened here
+          |
+          = help: add a `]`
+
+        error: this text is never closed
+          --> tests/diagnostics/unclosed_both.bhs:11:10
+           |
+        11 | Material "diffuse
+           |          ^ opened here
+           |
+           = help: add a `"`; text ends on the line it starts on
+
+        error: this list is never closed
+          --> tests/diagnostics/unclosed_both.bhs:16:30
+           |
+        16 | Shape "sphere" "string name" ["a" "b
+           |                              ^ opened here
+           |
+           = help: add a `]`
+
+        error: this text is never closed
+          --> tests/diagnostics/unclosed_both.bhs:16:35
+           |
+        16 | Shape "sphere" "string name" ["a" "b
+           |                                   ^ opened here
+           |
+           = help: add a `"`; text ends on the line it starts on
+
+        5 errors
+    "#]],
+    );
+}
+
+#[test]
+fn the_look_of_a_warning() {
+    rendering(
+        "attribute_unused",
+        &Overrides::default(),
+        &expect![[r#"
+        warning: `raduis` is never used
+         --> tests/diagnostics/attribute_unused.bhs:5:43
+          |
+        5 | Attribute "shape" "float radius" 2 "float raduis" 2
+          |                                           ^^^^^^ no shape that follows has this parameter
+          |
+          = help: `bhs plugins shape` lists the parameters
+
+        warning: `roughness` is never used
+         --> tests/diagnostics/attribute_unused.bhs:8:29
+          |
+        8 | Attribute "material" "float roughness" 0.5
+          |                             ^^^^^^^^^ no material that follows has this parameter
+          |
+          = help: `bhs plugins material` lists the parameters
+
+    "#]],
+    );
+}
+
+#[test]
+fn the_look_of_a_scene_without_a_world() {
+    rendering(
+        "no_world",
+        &Overrides::default(),
+        &expect![[r#"
+        error: the scene `tests/diagnostics/no_world.bhs` has no `WorldBegin`
+         |
+         = help: options such as `Camera` and `Film` come first, then `WorldBegin`, then lights and shapes
+
+        1 error
     "#]],
     );
 }

@@ -5,7 +5,7 @@ use crate::lang::attributes;
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::hole::build_hole;
 use crate::lang::instances::{self, ObjectPart};
-use crate::lang::names::Names;
+use crate::lang::names::{Names, Pictures};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry, bare_context};
@@ -163,7 +163,10 @@ pub fn build(
             context,
             &mut found,
         ),
-        lights: description.lights.iter().map(|e| (e.name.span, create::<dyn Light>(e, registry, context, &mut found))).collect(),
+        lights: {
+            let context = Context { named: &Pictures, ..context };
+            description.lights.iter().map(|e| (e.name.span, create::<dyn Light>(e, registry, context, &mut found))).collect()
+        },
         aims_at_lights: transport.as_ref().is_none_or(|t| t.samples_lights()),
         shapes,
         objects,

@@ -102,7 +102,7 @@ const ABSENT: &[(&str, &str)] = &[
 
 /// The directive that `keyword` names.
 pub(crate) fn find(keyword: &str) -> Option<&'static Row> {
-    DIRECTIVES.iter().find(|row| row.keyword == keyword)
+    DIRECTIVES.binary_search_by_key(&keyword, |row| row.keyword).ok().map(|i| &DIRECTIVES[i])
 }
 
 /// What to do in place of a directive of pbrt that is not there.

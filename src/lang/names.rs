@@ -10,7 +10,7 @@ use bhs_core::image::Image;
 use bhs_core::material::{BsdfSample, Material, Shading};
 use bhs_core::params::Context;
 use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
-use bhs_core::texture::{Named, Texture, TextureKind};
+use bhs_core::texture::{Named, Nameless, Texture, TextureKind};
 use glam::{Vec2, Vec3};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -51,6 +51,24 @@ struct State {
     /// By path as written and the file that it stands in.
     images: BTreeMap<(String, u16), Result<Arc<Image>, String>>,
     found: Vec<Diagnostic>,
+}
+
+/// What lights may ask for: pictures, and nothing that has a name.
+pub(super) struct Pictures;
+
+impl Named for Pictures {
+    fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Box<Diagnostic>> {
+        Nameless.texture(name, kind, context)
+    }
+
+    fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Box<Diagnostic>> {
+        Nameless.material(name, context)
+    }
+
+    fn image(&self, path: &Spanned<String>, context: &Context) -> Result<Arc<Image>, String> {
+        let bytes = context.files.read(&path.value, path.span)?;
+        bhs_textures::decode::decode(&bytes).map(Arc::new)
+    }
 }
 
 impl<'a> Names<'a> {

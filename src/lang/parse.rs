@@ -9,6 +9,7 @@ use grammar::{Grammar, Rule};
 use pest::Parser;
 use pest::iterators::Pair;
 
+mod plain;
 mod values;
 
 /// The parser that pest makes from the grammar.
@@ -31,12 +32,19 @@ pub struct Directives<'t> {
     lower: Lower<'t>,
     /// First byte that has not been read.
     position: usize,
+    /// Whether everything is read by the grammar, what is plainly right too.
+    by_grammar: bool,
 }
 
 impl<'t> Directives<'t> {
     /// Starts at the beginning of `text`, which is file number `file`.
     pub fn new(text: &'t str, file: u16) -> Self {
-        Self { lower: Lower { text, file, base: 0, faults: Vec::new() }, position: 0 }
+        Self { lower: Lower { text, file, base: 0, faults: Vec::new() }, position: 0, by_grammar: false }
+    }
+
+    /// As [`Directives::new`], with the same result, but slower: even what is plainly right is read by the grammar.
+    pub fn by_grammar(text: &'t str, file: u16) -> Self {
+        Self { by_grammar: true, ..Self::new(text, file) }
     }
 
     /// Takes the faults found since the last call.
@@ -55,6 +63,13 @@ impl Iterator for Directives<'_> {
 
     fn next(&mut self) -> Option<Directive> {
         loop {
+            if !self.by_grammar
+                && self.position < self.lower.text.len()
+                && let Some(directive) = plain::directive(self.lower.text, self.position, self.lower.file)
+            {
+                self.position = directive.span.end as usize;
+                return Some(directive);
+            }
             let rest = self.lower.text.get(self.position..)?;
             let pair = match Grammar::parse(Rule::statement, rest) {
                 Ok(mut pairs) => pairs.next()?,
@@ -114,7 +129,10 @@ impl Lower<'_> {
         let mut directive =
             Directive { keyword: Spanned::new(String::new(), span), args: Vec::new(), params: Vec::new(), span, faulty: false };
         let mut surplus = false;
+        // The grammar's own span may go on to the blanks after it.
+        directive.span.end = directive.span.start;
         for part in pair.into_inner() {
+            directive.span.end = self.span(&part).end;
             // Of several arguments in a row that do not belong here, the first says it all.
             let follows_surplus = std::mem::take(&mut surplus);
             let ok = match part.as_rule() {

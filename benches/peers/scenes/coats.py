@@ -4,7 +4,8 @@ from stage import ASPECT, CAMERA, ball, grey, stage
 
 
 def build(peer, mi, folder, spectra):
-    board = {"type": "checkerboard", "color0": grey(0.2), "color1": grey(0.9), "to_uv": mi.ScalarTransform4f().scale([3, 3, 1])}
+    # As a number, Mitsuba 3.9.1's checkerboard has its two values the other way round than as a colour.
+    board = {"type": "checkerboard", "color0": 0.9, "color1": 0.2, "to_uv": mi.ScalarTransform4f().scale([3, 3, 1])}
     half, dark = ({"type": "diffuse", "reflectance": grey(v)} for v in (0.5, 0.05))
     mirror = {"type": "conductor", "material": "none", "specular_reflectance": grey(0.8)}
     two_sided = lambda bsdf: {"type": "twosided", "bsdf": bsdf}

@@ -18,7 +18,7 @@ def stage(mi, floor, wall):
         "lamp": {
             "type": "rectangle",
             "to_world": t.translate([0, 3.5, 0.5]).rotate([1, 0, 0], 90).scale(0.7),
-            "bsdf": {"type": "diffuse", "reflectance": grey(0)},
+            "bsdf": {"type": "diffuse", "reflectance": 0.0},
             "emitter": {"type": "area", "radiance": grey(20)},
         },
     }

@@ -88,9 +88,12 @@ impl LocalFrame {
         if self.sqrt_f == 1.0 { v } else { v + self.radial * (v.dot(self.radial) * (factor - 1.0)) }
     }
 
-    /// The unit local direction of a chart direction.
+    /// The unit local direction of a unit chart direction.
     #[inline]
     pub fn local_direction(&self, chart: DVec3) -> DVec3 {
+        if self.sqrt_f == 1.0 {
+            return chart;
+        }
         self.scale_radial(chart, 1.0 / self.sqrt_f).normalize()
     }
 
@@ -100,21 +103,30 @@ impl LocalFrame {
         self.scale_radial(local, self.sqrt_f).normalize()
     }
 
-    /// The unit local normal of a surface with the given chart normal: normals scale inversely to directions.
+    /// The unit local normal of a surface with the given unit chart normal: normals scale inversely to directions.
     #[inline]
     pub fn local_normal(&self, chart: DVec3) -> DVec3 {
+        if self.sqrt_f == 1.0 {
+            return chart;
+        }
         self.scale_radial(chart, self.sqrt_f).normalize()
     }
 
     /// Local area over chart area, for a surface element with unit chart normal `n`.
     #[inline]
     pub fn area_factor(&self, n: DVec3) -> f64 {
+        if self.sqrt_f == 1.0 {
+            return 1.0;
+        }
         self.scale_radial(n, self.sqrt_f).length() / self.sqrt_f
     }
 
     /// Local over chart area across a bundle of light in the unit chart direction `d`.
     #[inline]
     pub fn bundle_area_factor(&self, d: DVec3) -> f64 {
+        if self.sqrt_f == 1.0 {
+            return 1.0;
+        }
         // Of the surface element at right angles to it in the chart, what the observer sees across the bundle.
         self.area_factor(d) * self.local_normal(d).dot(self.local_direction(d))
     }
@@ -122,6 +134,9 @@ impl LocalFrame {
     /// Local solid angle over chart solid angle, around the unit chart direction `d`.
     #[inline]
     pub fn solid_angle_factor(&self, d: DVec3) -> f64 {
+        if self.sqrt_f == 1.0 {
+            return 1.0;
+        }
         let stretched = self.scale_radial(d, 1.0 / self.sqrt_f).length();
         1.0 / (self.sqrt_f * stretched * stretched * stretched)
     }

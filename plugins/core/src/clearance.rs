@@ -18,6 +18,8 @@ pub struct Clearance {
     cell: f64,
     per_cell: f64,
     size: UVec3,
+    /// The same as numbers.
+    cells: DVec3,
     /// Of each cell, the least number of steps, diagonal ones included, to a marked one; x fastest.
     steps: Vec<u8>,
 }
@@ -52,7 +54,8 @@ impl Clearance {
         let size = ((bounds.max - min) / cell).ceil().as_uvec3() + 1;
         let bounds = Aabb { min, max: min + size.as_dvec3() * cell };
         let count = size.x as usize * size.y as usize * size.z as usize;
-        let mut grid = Self { min, bounds, cell, per_cell: cell.recip(), size, steps: vec![u8::MAX; count] };
+        let mut grid =
+            Self { min, bounds, cell, per_cell: cell.recip(), size, cells: size.as_dvec3(), steps: vec![u8::MAX; count] };
         let mut objects = Objects::new(geometries);
         let mut visits = 0;
         for geometry in geometries {
@@ -99,14 +102,24 @@ impl Clearance {
     #[inline]
     pub fn at(&self, point: DVec3) -> f64 {
         let p = (point - self.min) * self.per_cell;
-        let inside = p.cmpge(DVec3::ZERO).all() && p.cmplt(self.size.as_dvec3()).all();
+        let inside = (p.cmpge(DVec3::ZERO) & p.cmplt(self.cells)).all();
         if !inside {
-            let away = (self.bounds.min - point).max(point - self.bounds.max).max(DVec3::ZERO);
-            // Not a number: nothing is known.
-            return if away.is_finite() { away.length() } else { 0.0 };
+            return self.outside(point);
         }
-        let steps = self.steps[self.index(p.as_uvec3())];
+        // Adding this rounds to the nearest whole number, and leaves it in the lowest bits. A point between two cells may count as in either:
+        // they are closed.
+        const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
+        let [x, y, z] = ((p - 0.5) + ROUND).to_array().map(|c| c.to_bits() as u32);
+        let steps = self.steps[self.index(UVec3::new(x, y, z))];
         f64::from(steps.saturating_sub(1)) * self.cell
+    }
+
+    /// [`Clearance::at`] a point outside of the grid.
+    #[cold]
+    fn outside(&self, point: DVec3) -> f64 {
+        let away = (self.bounds.min - point).max(point - self.bounds.max).max(DVec3::ZERO);
+        // Not a number: nothing is known.
+        if away.is_finite() { away.length() } else { 0.0 }
     }
 
     fn index(&self, c: UVec3) -> usize {

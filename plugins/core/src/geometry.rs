@@ -41,6 +41,12 @@ impl Aabb {
         Self { min: self.min - by, max: self.max + by }
     }
 
+    /// Whether a point lies in the box.
+    #[inline]
+    pub fn contains(&self, p: DVec3) -> bool {
+        (self.min.cmple(p) & p.cmple(self.max)).all()
+    }
+
     /// The middle.
     pub fn center(&self) -> DVec3 {
         0.5 * (self.min + self.max)
@@ -122,7 +128,13 @@ impl TriangleMesh {
     /// The corners of a triangle.
     #[inline]
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.triangles[triangle as usize].map(|v| DVec3::from_array(self.positions[v as usize].map(f64::from)))
+        // Spelled out: `array::map` is not inlined everywhere.
+        let corner = |v: u32| {
+            let [x, y, z] = self.positions[v as usize];
+            DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+        };
+        let [a, b, c] = self.triangles[triangle as usize];
+        [corner(a), corner(b), corner(c)]
     }
 
     /// The smallest box around the triangles.

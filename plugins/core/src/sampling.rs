@@ -1,7 +1,7 @@
 //! Random numbers as a pure function of (seed, pixel, sample, dimension), and the usual maps from the unit square.
 
 use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::f32::consts::{FRAC_PI_4, PI};
 
 /// Numbers that a sampler gives at a time, well distributed together.
 pub const SET: usize = 4;
@@ -76,6 +76,15 @@ pub fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
+/// Cosine and sine of an angle of at most an eighth of a turn either way (rad), by their power series.
+#[inline]
+fn cos_sin_eighth(x: f32) -> (f32, f32) {
+    let xx = x * x;
+    let cos = 1.0 + xx * (-1.0 / 2.0 + xx * (1.0 / 24.0 + xx * (-1.0 / 720.0 + xx * (1.0 / 40320.0))));
+    let sin = x * (1.0 + xx * (-1.0 / 6.0 + xx * (1.0 / 120.0 + xx * (-1.0 / 5040.0 + xx * (1.0 / 362_880.0)))));
+    (cos, sin)
+}
+
 /// A point of the unit disk, uniform, by the concentric map (Shirley and Chiu 1997).
 #[inline]
 pub fn concentric_disk(u: Vec2) -> Vec2 {
@@ -83,9 +92,13 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
     if o == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    let (r, theta) =
-        if o.x.abs() > o.y.abs() { (o.x, FRAC_PI_4 * (o.y / o.x)) } else { (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y)) };
-    r * Vec2::new(theta.cos(), theta.sin())
+    if o.x.abs() > o.y.abs() {
+        let (cos, sin) = cos_sin_eighth(FRAC_PI_4 * (o.y / o.x));
+        o.x * Vec2::new(cos, sin)
+    } else {
+        let (cos, sin) = cos_sin_eighth(FRAC_PI_4 * (o.x / o.y));
+        o.y * Vec2::new(sin, cos)
+    }
 }
 
 /// A direction of the hemisphere z > 0 with density cos(theta)/pi.

@@ -6,7 +6,7 @@ use crate::light::{Emission, Light};
 use crate::light_sampling::Emitter;
 use crate::material::{Material, Shading};
 use crate::sampling::Discrete;
-use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use crate::world::World;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
@@ -165,6 +165,12 @@ impl Scene {
         })
     }
 
+    /// Whether light bends in this scene.
+    #[inline]
+    pub fn bends(&self) -> bool {
+        self.world.hole.is_some_and(|h| h.rs > 0.0) && self.integrator.is_curved()
+    }
+
     /// Who measures light at `point` (render space); `None` where nobody can stand.
     #[inline]
     pub fn observer(&self, point: DVec3) -> Option<Observer> {
@@ -186,24 +192,33 @@ impl Scene {
 
     /// The light from far away along the chart direction `direction`, as the camera receives it.
     pub fn sky(&self, direction: DVec3, lambda: &SampledWavelengths) -> SampledSpectrum {
-        self.sky_weighted(direction, lambda, |_| 1.0)
+        self.sum_of_sky(lambda, |_, light, lambda_nm| light.sky_radiance(direction, lambda_nm))
     }
 
     /// The same, each light that [`Scene::sample_light`] aims at multiplied by `weight` of the density with which it draws the direction
     /// (per solid angle far from the hole).
     pub fn sky_weighted(&self, direction: DVec3, lambda: &SampledWavelengths, weight: impl Fn(f64) -> f32) -> SampledSpectrum {
+        self.sum_of_sky(lambda, |i, light, lambda_nm| {
+            let radiance = light.sky_radiance(direction, lambda_nm);
+            let choice = self.light_choice.probability(self.emitters.len() + i);
+            let pdf = if choice > 0.0 { choice * light.sky_pdf(direction) } else { 0.0 };
+            if pdf > 0.0 { radiance * weight(pdf) } else { radiance }
+        })
+    }
+
+    #[inline]
+    fn sum_of_sky(
+        &self,
+        lambda: &SampledWavelengths,
+        of: impl Fn(usize, &dyn Light, [f32; N_LAMBDA]) -> SampledSpectrum,
+    ) -> SampledSpectrum {
         let mut sum = SampledSpectrum::ZERO;
         if self.lights.is_empty() {
             return sum;
         }
         let shift = self.shift(&Observer::FLAT);
         for (i, light) in self.lights.iter().enumerate() {
-            let mut radiance = light.sky_radiance(direction, lambda.at(shift as f32));
-            let pdf = light.sky_pdf(direction);
-            if pdf > 0.0 {
-                radiance *= weight(pdf * self.light_choice.probability(self.emitters.len() + i));
-            }
-            sum += radiance;
+            sum += of(i, light.as_ref(), lambda.at(shift as f32));
         }
         sum * self.radiance_factor(shift)
     }

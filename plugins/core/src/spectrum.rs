@@ -66,19 +66,29 @@ impl SampledSpectrum {
     /// Applies `f` to every value.
     #[inline]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
-        Self(self.0.map(f))
+        // A loop: `array::map` is not inlined everywhere.
+        let mut values = self.0;
+        for v in &mut values {
+            *v = f(*v);
+        }
+        Self(values)
     }
 
     /// Joins two spectra value by value.
     #[inline]
     pub fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+        let mut values = self.0;
+        for (v, o) in values.iter_mut().zip(other.0) {
+            *v = f(*v, o);
+        }
+        Self(values)
     }
 
     /// The largest value.
     #[inline]
     pub fn max(self) -> f32 {
-        self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
+        let [a, b, c, d] = self.0;
+        a.max(b).max(c.max(d))
     }
 
     /// The mean of the values.
@@ -188,24 +198,9 @@ pub struct SampledWavelengths {
 }
 
 impl SampledWavelengths {
-    /// Draws wavelengths over `lo..=hi` (nm) with a density that follows the eye's sensitivity, from one number `u` in [0,1).
-    ///
-    /// Density proportional to `1/cosh^2(0.0072 (lambda - 538 nm))`, renormalised to the range (as in pbrt-v4, after
-    /// Radziszewski et al. 2009, "An Improved Technique for Full Spectral Rendering"). Nowhere zero, so unbiased for any film.
+    /// Draws wavelengths over `lo..=hi` (nm) from one number `u` in [0,1): see [`VisibleWavelengths`].
     pub fn visible(u: f32, lo: f32, hi: f32) -> Self {
-        const A: f32 = 0.0072;
-        const CENTRE: f32 = 538.0;
-        let (t_lo, t_hi) = ((A * (lo - CENTRE)).tanh(), (A * (hi - CENTRE)).tanh());
-        let lambda_nm = std::array::from_fn(|i| {
-            let v = (u + i as f32 / N_LAMBDA as f32).fract();
-            let t = t_lo + v * (t_hi - t_lo);
-            (CENTRE + t.atanh() / A).clamp(lo, hi)
-        });
-        let pdf = lambda_nm.map(|l| {
-            let c = (A * (l - CENTRE)).cosh();
-            A / (c * c * (t_hi - t_lo))
-        });
-        Self { lambda_nm, pdf }
+        VisibleWavelengths::new(lo, hi).sample(u)
     }
 
     /// The wavelengths as an observer sees them whose `shift` is the ratio of local to camera wavelength.
@@ -227,6 +222,43 @@ impl SampledWavelengths {
         let carried = throughput[0];
         *throughput = SampledSpectrum::ZERO;
         throughput[0] = carried * N_LAMBDA as f32;
+    }
+}
+
+/// The density by which wavelengths are drawn over a range: it follows the eye's sensitivity.
+///
+/// Proportional to `1/cosh^2(0.0072 (lambda - 538 nm))`, renormalised to the range (as in pbrt-v4, after Radziszewski et al. 2009,
+/// "An Improved Technique for Full Spectral Rendering"). Nowhere zero, so unbiased for any film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VisibleWavelengths {
+    range_nm: [f32; 2],
+    /// The hyperbolic tangent, of which 1/cosh^2 is the derivative, at the lower end, and how much it rises to the upper one.
+    tanh_lo: f32,
+    rise: f32,
+}
+
+impl VisibleWavelengths {
+    /// Steepness (1/nm) and centre (nm) of the density.
+    const A: f32 = 0.0072;
+    const CENTRE: f32 = 538.0;
+
+    /// Over `lo..=hi` (nm).
+    pub fn new(lo: f32, hi: f32) -> Self {
+        let [tanh_lo, tanh_hi] = [lo, hi].map(|l| (Self::A * (l - Self::CENTRE)).tanh());
+        Self { range_nm: [lo, hi], tanh_lo, rise: tanh_hi - tanh_lo }
+    }
+
+    /// Draws the wavelengths of a path from one number `u` in [0,1).
+    #[inline]
+    pub fn sample(&self, u: f32) -> SampledWavelengths {
+        let [lo, hi] = self.range_nm;
+        let tanh: [f32; N_LAMBDA] = std::array::from_fn(|i| self.tanh_lo + (u + i as f32 / N_LAMBDA as f32).fract() * self.rise);
+        SampledWavelengths {
+            // The inverse of tanh is ln((1 + t)/(1 - t))/2.
+            lambda_nm: tanh.map(|t| (Self::CENTRE + ((1.0 + t) / (1.0 - t)).ln() * (0.5 / Self::A)).clamp(lo, hi)),
+            // 1/cosh^2 = 1 - tanh^2
+            pdf: tanh.map(|t| Self::A * (1.0 - t * t) / self.rise),
+        }
     }
 }
 

@@ -19,6 +19,10 @@ pub struct World {
     pub hole: Option<BlackHole>,
     /// World position of render space's origin.
     pub origin: DVec3,
+    /// How far single precision may move a point of a surface (scene units).
+    pub margin: f64,
+    /// The distance from the hole within which all surfaces lie (scene units); 0 without a hole or without surfaces.
+    pub reach: f64,
     /// The free space between the surfaces, if there is a hole: for chords that need not be asked about.
     pub clearance: Option<Clearance>,
 }
@@ -42,7 +46,12 @@ impl World {
     pub fn new(geometries: Vec<Geometry>, intersector: Box<dyn Intersector>, hole: Option<BlackHole>, origin: DVec3) -> Self {
         let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
         let clearance = hole.as_ref().filter(|h| h.rs > 0.0).and_then(|_| Clearance::new(&geometries, &bounds));
-        Self { geometries, intersector, bounds, hole, origin, clearance }
+        let (mut margin, mut reach) = (0.0, 0.0);
+        if !bounds.is_empty() {
+            margin = OFFSET * bounds.min.abs().max(bounds.max.abs()).max_element();
+            reach = hole.map_or(0.0, |h| (bounds.min - h.center).abs().max((bounds.max - h.center).abs()).length());
+        }
+        Self { geometries, intersector, bounds, hole, origin, margin, reach, clearance }
     }
 
     /// Refines an intersector's answer in double precision: the point of the segment on the triangle's plane, or the
@@ -57,15 +66,13 @@ impl World {
         let across = n.dot(segment.direction);
         let t = n.dot(a - segment.origin) / across;
         // A ray within the plane has no better parameter than the one found.
-        let t = if t.is_finite() && (t - hit.t).abs() <= 1e-3 * hit.t.abs().max(segment.direction.length_recip() * ab.length()) {
-            t
-        } else {
-            hit.t
-        };
+        let strays = (t - hit.t).abs();
+        let is_better = strays <= 1e-3 * hit.t.abs() || strays * segment.direction.length() <= 1e-3 * ab.length();
+        let t = if is_better { t } else { hit.t };
         let ap = segment.at(t) - a;
-        let nn = n.length_squared();
-        let u = (n.dot(ap.cross(ac)) / nn).clamp(0.0, 1.0);
-        let v = (n.dot(ab.cross(ap)) / nn).clamp(0.0, 1.0 - u);
+        let per_nn = 1.0 / n.length_squared();
+        let u = (n.dot(ap.cross(ac)) * per_nn).clamp(0.0, 1.0);
+        let v = (n.dot(ab.cross(ap)) * per_nn).clamp(0.0, 1.0 - u);
         Located { t, point: a + ab * u + ac * v, barycentric: DVec2::new(u, v) }
     }
 

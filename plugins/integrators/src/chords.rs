@@ -10,7 +10,8 @@
 //! however far its chord strays.
 
 use crate::orbit::{Dense, OrbitPlane, State};
-use crate::refine::{Meeting, on_facet, on_surface};
+use crate::polynomial::small_angle;
+use crate::refine::{Facet, Meeting, on_facet, on_surface};
 use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::{Aabb, Geometry, Segment};
 use bhs_core::integrator::SurfaceHit;
@@ -48,16 +49,8 @@ const LONGEST: f64 = 1.0;
 pub fn chord_angle(rs: f64, distance: f64) -> f64 {
     let x = distance / (1.5 * rs);
     // 1/cos = 1 + x, by the tangent, which keeps its digits for small x.
-    let half = (x * (2.0 + x)).sqrt().atan();
+    let half = small_angle((x * (2.0 + x)).sqrt(), 1.0);
     (2.0 * half).clamp(1e-5, LONGEST)
-}
-
-/// The distance from the hole within which all geometry lies (scene units); 0 where there is none.
-pub fn reach(world: &World, hole: &BlackHole) -> f64 {
-    if world.bounds.is_empty() {
-        return 0.0;
-    }
-    (world.bounds.min - hole.center).abs().max((world.bounds.max - hole.center).abs()).length()
 }
 
 /// A point of an orbit.
@@ -101,8 +94,7 @@ pub struct Chords<'w> {
 impl<'w> Chords<'w> {
     /// The chords, of at most the angle `angle`, of the orbit in `plane` that begins at `origin` with the state `start`.
     pub fn new(world: &'w World, hole: &BlackHole, plane: OrbitPlane, origin: DVec3, start: &State, angle: f64) -> Self {
-        let margin = OVERLAP * world.bounds.min.abs().max(world.bounds.max.abs()).max_element();
-        let reach = reach(world, hole);
+        let World { margin, reach, .. } = *world;
         Self {
             world,
             plane,
@@ -125,15 +117,15 @@ impl<'w> Chords<'w> {
             return None;
         }
         let mut phi = start.phi;
-        // Distance covered per radian, to begin with; then that of the last stretch.
-        let mut pace = (start.u * start.u + start.du * start.du).sqrt() / (start.u * start.u);
+        // Distance covered per radian on the last stretch.
+        let mut pace = None;
         while phi < end.phi {
             let from = self.last;
             if from.u <= 0.0 {
                 return None;
             }
             if let Some(to) = self.leap(step, &from, end.phi, pace) {
-                pace = (to.point - from.point).length() / (to.phi - from.phi);
+                pace = Some((to.point - from.point).length() / (to.phi - from.phi));
                 self.before = Some(to.point - from.point);
                 (self.last, phi) = (to, to.phi);
                 log.counters.leaps += 1;
@@ -150,7 +142,7 @@ impl<'w> Chords<'w> {
             if to.u <= 0.0 {
                 return None;
             }
-            pace = (to.point - from.point).length() / (to.phi - from.phi);
+            pace = Some((to.point - from.point).length() / (to.phi - from.phi));
             let before = self.before.replace(to.point - from.point);
             let hit = self.search(step, &Span { from, to, before }, SPLITS, log);
             log.point(hit.map_or(to.point, |h| h.point));
@@ -178,9 +170,18 @@ impl<'w> Chords<'w> {
     /// The stretch strays from its chord by less than the gap, which is twice what it is expected to be; so it lies within a ball
     /// around the chord's middle, and is free if nothing is known to be in there. How far it may be is guessed from the
     /// free space around its beginning.
-    fn leap<D: Dense>(&self, step: &D, from: &Place, end: f64, pace: f64) -> Option<Place> {
+    #[inline]
+    fn leap<D: Dense>(&self, step: &D, from: &Place, end: f64, pace: Option<f64>) -> Option<Place> {
         let clearance = self.world.clearance.as_ref()?;
         let around = clearance.at(from.point);
+        if around <= 0.0 {
+            return None;
+        }
+        // Of the first stretch of a step, the pace where it begins.
+        let pace = pace.unwrap_or_else(|| {
+            let State { u, du, .. } = step.start();
+            (u * u + du * du).sqrt() / (u * u)
+        });
         let least = WORTHWHILE * self.angle.min(end - from.phi);
         let mut angle = (2.0 * around / pace).min(LONGEST);
         for _ in 0..2 {
@@ -203,8 +204,9 @@ impl<'w> Chords<'w> {
 
     /// The place at the angle `phi` of `step`.
     fn place<D: Dense>(&self, step: &D, phi: f64) -> Place {
-        let u = step.u_at(phi);
-        Place { phi, u, point: self.plane.center + self.plane.radial(phi) / u }
+        let (u, cos, sin) = step.place(phi);
+        let r = 1.0 / u;
+        Place { phi, u, point: self.plane.center + self.plane.e1 * (cos * r) + self.plane.e2 * (sin * r) }
     }
 
     /// The place of the state `end`.
@@ -243,14 +245,19 @@ impl<'w> Chords<'w> {
         }
         // Overlap with the chord before: but the first one begins where the ray does, off the surface that it leaves.
         let overlap = |p: DVec3| OVERLAP * p.abs().max_element() / length;
-        let t_min = if span.before.is_none() { 0.0 } else { -overlap(from) };
-        let Some((enter, leave)) = self.bounds.clip(from, way, t_min, 1.0 + overlap(to)) else {
+        let (t_min, t_max) = (if span.before.is_none() { 0.0 } else { -overlap(from) }, 1.0 + overlap(to));
+        // What a chord within the box reaches beyond its ends is of no account to the box.
+        let within = self.bounds.contains(from) && self.bounds.contains(to);
+        let Some((enter, leave)) = (if within { Some((t_min, t_max)) } else { self.bounds.clip(from, way, t_min, t_max) }) else {
             log.counters.chords_skipped += 1;
             return None;
         };
         log.counters.queries += 1;
         let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
         let hit = self.world.intersector.closest(&segment)?;
+        if let Some(found) = self.plain_hit(step, span, &segment, enter, &hit, log) {
+            return Some(found);
+        }
 
         let located = self.world.locate(&segment, &hit);
         if enter + located.t < 0.0 && self.turns_away(span, way, &hit, &located) {
@@ -260,19 +267,20 @@ impl<'w> Chords<'w> {
         let middle = 0.5 * (span.from.phi + span.to.phi);
         let swept = span.to.phi - span.from.phi;
         let rounding = OVERLAP * located.point.abs().max_element();
-        let near = 4.0 * (3.0 / 16.0 * self.rs * swept * swept) + rounding;
+        let near = self.near(swept, rounding);
         let hit_geometry = &self.world.geometries[hit.geometry as usize];
-        let facet = |corners| on_facet(&self.plane, step, [&span.from, &span.to], guess, corners);
+        let facet = |corners| on_facet(&self.plane, step, self.rs, [&span.from, &span.to], guess, &Facet::new(corners));
         let meeting = match hit_geometry {
             Geometry::Analytic(surface) => on_surface(&self.plane, step, guess, &**surface, near, length),
             mesh => mesh.corners(hit.primitive).map(facet),
         };
         // Of a ray that leaves a curved surface, the tangent's way back leads to where it left: no place of the ray.
-        let meeting = meeting.filter(|m| m.state.phi > self.begin || !matches!(hit_geometry, Geometry::Analytic(_)));
+        let meeting = meeting.filter(|m| m.orbit.state.phi > self.begin || !matches!(hit_geometry, Geometry::Analytic(_)));
         // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
         // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep. A joint
         // must not lie on a surface that it may graze, or rounding lets the ray slip through there: hence just behind it.
-        let behind_it = meeting.map(|m| m.state.phi + JOINT * swept).filter(|phi| *phi > span.from.phi && *phi < span.to.phi);
+        let behind_it =
+            meeting.map(|m| m.orbit.state.phi + JOINT * swept).filter(|phi| *phi > span.from.phi && *phi < span.to.phi);
         let split = behind_it.filter(|_| splits.is_multiple_of(2)).unwrap_or(middle);
         let met = meeting.filter(|m| m.beside <= rounding && (m.point - located.point).length() <= near);
         if met.is_none() && splits > 0 {
@@ -288,8 +296,51 @@ impl<'w> Chords<'w> {
         {
             return self.search(step, &Span { from: after, before: None, ..*span }, 0, log);
         }
-        let on_chord = || Meeting { state: step.at(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
+        let on_chord =
+            || Meeting { orbit: step.polar(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
         Some(self.arrive(&met.unwrap_or_else(on_chord), &hit, &located, way / length, log))
+    }
+
+    /// The hit of a chord on a facet, if it is as most are: ahead of where the chord begins, near to where the orbit meets the facet itself.
+    #[inline]
+    fn plain_hit<D: Dense>(
+        &self,
+        step: &D,
+        span: &Span,
+        segment: &Segment,
+        enter: f64,
+        hit: &PrimitiveHit,
+        log: &mut TraceLog,
+    ) -> Option<SurfaceHit> {
+        let corners = self.world.geometries[hit.geometry as usize].corners(hit.primitive)?;
+        let touched = segment.at(hit.t);
+        let rounding = OVERLAP * touched.abs().max_element();
+        let swept = span.to.phi - span.from.phi;
+        let chord = segment.direction;
+        let ahead = enter + hit.t;
+        if ahead * ahead * chord.length_squared() <= rounding * rounding || ahead < 0.0 {
+            return None;
+        }
+        let facet = Facet::new(corners);
+        let met = on_facet(&self.plane, step, self.rs, [&span.from, &span.to], self.angle_of(span, touched), &facet);
+        let near = self.near(swept, rounding);
+        if met.beside > rounding || (met.point - touched).length_squared() > near * near {
+            return None;
+        }
+        log.phi = met.orbit.state.phi;
+        let tangent = self.plane.direction_of(&met.orbit);
+        // On the side that the chord came from: see `arrive`.
+        let along = tangent.dot(facet.normal);
+        let on_side = along * chord.dot(facet.normal) > 0.0;
+        let direction = if on_side { tangent } else { tangent - facet.normal * (2.0 * along / facet.normal.length_squared()) };
+        let &PrimitiveHit { geometry, primitive, .. } = hit;
+        Some(SurfaceHit { point: met.point, direction, geometry, primitive, barycentric: met.barycentric })
+    }
+
+    /// How far from where its chord, which sweeps `swept`, meets a surface an orbit may meet it.
+    #[inline]
+    fn near(&self, swept: f64, rounding: f64) -> f64 {
+        4.0 * (3.0 / 16.0 * self.rs * swept * swept) + rounding
     }
 
     /// Where the ray is when its chord, which dipped below the curved surface that the ray leaves, has come out of it again.
@@ -321,7 +372,7 @@ impl<'w> Chords<'w> {
 
     /// The arrival at a surface that a chord in the direction `chord` met where it is `located`.
     fn arrive(&self, met: &Meeting, hit: &PrimitiveHit, located: &Located, chord: DVec3, log: &mut TraceLog) -> SurfaceHit {
-        log.phi = met.state.phi;
+        log.phi = met.orbit.state.phi;
         let at = |point: DVec3, direction: DVec3, barycentric: DVec2| SurfaceHit {
             point,
             direction,
@@ -331,7 +382,7 @@ impl<'w> Chords<'w> {
         };
         // The side that the chord came from: where it met the surface, for a curved one may have turned away between there and here.
         let side = self.world.surface(&at(located.point, chord, located.barycentric)).normal.dot(chord);
-        let tangent = self.plane.direction(&met.state);
+        let tangent = self.plane.direction_of(&met.orbit);
         let found = at(met.point, tangent, met.barycentric);
         let normal = self.world.surface(&found).normal;
         let along = tangent.dot(normal);
@@ -340,7 +391,11 @@ impl<'w> Chords<'w> {
     }
 
     /// The angle swept at a point of the chord of `span`, in radians.
+    #[inline]
     fn angle_of(&self, span: &Span, point: DVec3) -> f64 {
-        self.plane.angle(span.from.phi, span.from.point, point)
+        let OrbitPlane { center, e1, e2 } = self.plane;
+        let (from, to) = (span.from.point - center, point - center);
+        let ([x0, y0], [x, y]) = ([from.dot(e1), from.dot(e2)], [to.dot(e1), to.dot(e2)]);
+        span.from.phi + small_angle(x0 * y - y0 * x, x0 * x + y0 * y)
     }
 }

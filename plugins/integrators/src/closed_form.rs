@@ -24,7 +24,7 @@
 
 use crate::double::Double;
 use crate::orbit::{Dense, Fate, State, Stepper, room};
-use crate::polynomial::value_and_slope;
+use crate::polynomial::{self, value_and_slope};
 
 /// Coefficients of the Laurent series of p that are kept.
 const TERMS: usize = 14;
@@ -47,7 +47,7 @@ pub struct ClosedForm {
     force0: f64,
     epsilon: f64,
     /// `p = 4/z^2 - 1/3 + series[0] z^2 + series[1] z^4 + ...`
-    series: [f64; TERMS],
+    series: [f64; polynomial::TERMS],
     reach: f64,
 }
 
@@ -62,7 +62,8 @@ impl ClosedForm {
         let epsilon = epsilon.value();
         let (w0, delta0) = (w.value(), delta.value());
         let reach = SERIES_REACH * inverse_b_squared.max(1.0).cbrt().sqrt().recip();
-        let series = laurent_series(epsilon);
+        let mut series = [0.0; polynomial::TERMS];
+        series[..TERMS].copy_from_slice(&laurent_series(epsilon));
         Self { rs, w0, delta0, slope0: slope.value(), force0: 1.5 * w0 * delta0, epsilon, series, reach }
     }
 

@@ -1,6 +1,6 @@
 //! One ray around the hole, from its start to where it ends: what the curved integrators share.
 
-use crate::chords::{Chords, chord_angle, reach};
+use crate::chords::{Chords, chord_angle};
 use crate::orbit::{Dense, Fate, OrbitPlane, State, Stepper};
 use crate::straight::Straight;
 use bhs_core::blackhole::{BlackHole, Observer};
@@ -130,7 +130,7 @@ impl Tolerance {
 
     /// `share` of the tolerance, relative to the distance from the hole to the farthest surface.
     pub fn relative(self, flight: &Flight, share: f64) -> f64 {
-        let reach = reach(flight.world, flight.hole);
+        let reach = flight.world.reach;
         if reach > 0.0 { (share * self.distance(flight.world, flight.ray.footprint) / reach).min(1e-2) } else { SKY_ERROR }
     }
 }

@@ -73,9 +73,49 @@ impl OrbitPlane {
     /// The unit chart tangent of a state, along the way of the ray: proportional to `-u' e_r + u e_phi`.
     pub fn direction(&self, s: &State) -> DVec3 {
         let (sin, cos) = s.phi.sin_cos();
-        let e_r = self.e1 * cos + self.e2 * sin;
-        let e_phi = self.e2 * cos - self.e1 * sin;
-        (e_phi * s.u - e_r * s.du).normalize()
+        self.direction_of(&Polar { state: *s, cos, sin })
+    }
+
+    /// The point of a state with u > 0 whose angle is known by cosine and sine.
+    #[inline]
+    pub fn point_of(&self, p: &Polar) -> DVec3 {
+        let r = 1.0 / p.state.u;
+        self.center + self.e1 * (p.cos * r) + self.e2 * (p.sin * r)
+    }
+
+    /// The unit chart tangent there: see [`OrbitPlane::direction`].
+    #[inline]
+    pub fn direction_of(&self, p: &Polar) -> DVec3 {
+        let State { u, du, .. } = p.state;
+        // Components along e1 and e2, which are unit vectors at right angles.
+        let (x, y) = (-u * p.sin - du * p.cos, u * p.cos - du * p.sin);
+        let scale = 1.0 / (x * x + y * y).sqrt();
+        self.e1 * (x * scale) + self.e2 * (y * scale)
+    }
+}
+
+/// A state with cosine and sine of its angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Polar {
+    /// The state.
+    pub state: State,
+    /// cos(phi).
+    pub cos: f64,
+    /// sin(phi).
+    pub sin: f64,
+}
+
+impl Polar {
+    /// The state further on by a small angle `by` of the orbit around a hole of radius `rs`, with an error of the third order in it.
+    #[inline]
+    pub fn moved(&self, rs: f64, by: f64) -> Self {
+        let State { phi, u, du } = self.state;
+        let half = 0.5 * by;
+        let force = u * (1.5 * rs * u - 1.0);
+        let state =
+            State { phi: phi + by, u: u + by * (du + half * force), du: du + by * (force + half * du * (3.0 * rs * u - 1.0)) };
+        let (cos, sin) = (self.cos - by * (self.sin + half * self.cos), self.sin + by * (self.cos - half * self.sin));
+        Self { state, cos, sin }
     }
 }
 
@@ -108,9 +148,17 @@ pub trait Dense: Copy {
     fn end(&self) -> State;
     /// The state at the angle `phi` within the stretch.
     fn at(&self, phi: f64) -> State;
-    /// u at the angle `phi` within the stretch.
-    fn u_at(&self, phi: f64) -> f64 {
-        self.at(phi).u
+    /// u at the angle `phi` within the stretch, and the angle's cosine and sine.
+    #[inline]
+    fn place(&self, phi: f64) -> (f64, f64, f64) {
+        let (sin, cos) = phi.sin_cos();
+        (self.at(phi).u, cos, sin)
+    }
+    /// The state at the angle `phi` within the stretch, with the angle's cosine and sine.
+    #[inline]
+    fn polar(&self, phi: f64) -> Polar {
+        let (sin, cos) = phi.sin_cos();
+        Polar { state: self.at(phi), cos, sin }
     }
     /// The stretch cut short at `end`, one of its own states.
     fn until(self, end: State) -> Self;

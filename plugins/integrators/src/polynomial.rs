@@ -1,29 +1,95 @@
-//! Polynomials with their derivative, evaluated in short independent chains of operations.
+//! Polynomials, sines and cosines for the inner loops of orbits: short independent chains of operations, which a processor runs
+//! side by side, and fused multiply-adds where it has them.
 
-/// `c[0] + c[1] t + c[2] t^2 + ...` and its derivative; an even number of coefficients.
-///
-/// Even and odd powers apart, each by Horner's rule: four chains half as long as one, which a processor runs side by side.
-pub fn value_and_slope(c: &[f64], t: f64) -> (f64, f64) {
-    let tt = t * t;
-    let (mut even, mut odd, mut even_slope, mut odd_slope) = (0.0, 0.0, 0.0, 0.0);
-    for pair in c.chunks_exact(2).rev() {
-        even_slope = even_slope * tt + even;
-        odd_slope = odd_slope * tt + odd;
-        even = even * tt + pair[0];
-        odd = odd * tt + pair[1];
-    }
-    (even + t * odd, odd + 2.0 * t * (even_slope + t * odd_slope))
+/// Number of coefficients of an orbit's Taylor series.
+pub const TERMS: usize = 16;
+
+/// `a b + c`, rounded once where the processor can; without an instruction for it that would cost a call.
+#[inline(always)]
+pub fn fma(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// The value alone.
-pub fn value(c: &[f64], t: f64) -> f64 {
+/// `x` to the powers 1, 2 and 4.
+#[inline(always)]
+fn powers(t: f64) -> (f64, f64, f64) {
     let tt = t * t;
-    let (mut even, mut odd) = (0.0, 0.0);
-    for pair in c.chunks_exact(2).rev() {
-        even = even * tt + pair[0];
-        odd = odd * tt + pair[1];
+    (t, tt, tt * tt)
+}
+
+/// Four chains of powers of t^4 joined: `a[0] + a[1] t + a[2] t^2 + a[3] t^3`.
+#[inline(always)]
+fn join(a: [f64; 4], (t, tt, _): (f64, f64, f64)) -> f64 {
+    fma(tt, fma(t, a[3], a[2]), fma(t, a[1], a[0]))
+}
+
+/// `c[0] + c[1] t + c[2] t^2 + ...`
+#[inline(always)]
+pub fn value(c: &[f64; TERMS], t: f64) -> f64 {
+    let p = powers(t);
+    let mut a = [c[12], c[13], c[14], c[15]];
+    for row in [8, 4, 0] {
+        for i in 0..4 {
+            a[i] = fma(a[i], p.2, c[row + i]);
+        }
     }
-    even + t * odd
+    join(a, p)
+}
+
+/// `c[0] + c[1] t + c[2] t^2 + ...` and its derivative.
+#[inline(always)]
+pub fn value_and_slope(c: &[f64; TERMS], t: f64) -> (f64, f64) {
+    let p = powers(t);
+    let mut a = [13.0 * c[13], 14.0 * c[14], 15.0 * c[15], 0.0];
+    for row in [8, 4, 0] {
+        for i in 0..4 {
+            let n = row + i + 1;
+            a[i] = fma(a[i], p.2, n as f64 * c[n]);
+        }
+    }
+    (value(c, t), join(a, p))
+}
+
+/// Largest angle for [`cos_sin`], in radians.
+pub const LARGEST_ANGLE: f64 = 1.6;
+
+/// Of cosine in x^2 and sine over x, by powers of x^4: even powers of x^2 of the cosine, odd ones; the same of the sine.
+const COS_SIN: [[f64; 4]; 6] = {
+    let mut rows = [[0.0; 4]; 6];
+    let (mut factorial, mut n) = (1.0, 0);
+    while n < 24 {
+        let sign = if (n / 2) % 2 == 0 { 1.0 } else { -1.0 };
+        // Power n of x belongs to the cosine if it is even, to the sine if it is odd.
+        rows[n / 4][2 * (n % 2) + (n / 2) % 2] = sign / factorial;
+        n += 1;
+        factorial *= n as f64;
+    }
+    rows
+};
+
+/// Cosine and sine of an angle of at most [`LARGEST_ANGLE`] either way (rad), to a few 1e-16: their power series.
+#[inline(always)]
+pub fn cos_sin(x: f64) -> (f64, f64) {
+    let (x, xx, x4) = powers(x);
+    let mut a = COS_SIN[5];
+    for row in [4, 3, 2, 1, 0] {
+        for i in 0..4 {
+            a[i] = fma(a[i], x4, COS_SIN[row][i]);
+        }
+    }
+    (fma(xx, a[1], a[0]), x * fma(xx, a[3], a[2]))
+}
+
+/// The angle of the point (x, y), as `y.atan2(x)`: without a call, and to some 1e-8 only, for the small angles that chords sweep.
+#[inline(always)]
+pub fn small_angle(y: f64, x: f64) -> f64 {
+    let q = y / x;
+    if q.abs() < 0.25 && x > 0.0 {
+        let qq = q * q;
+        q * fma(qq, fma(qq, fma(qq, fma(qq, 1.0 / 9.0, -1.0 / 7.0), 0.2), -1.0 / 3.0), 1.0)
+    } else {
+        y.atan2(x)
+    }
 }
 
 #[cfg(test)]
@@ -32,13 +98,32 @@ mod tests {
 
     #[test]
     fn values_and_slopes_are_those_of_the_powers() {
-        let c = [3.0, -2.0, 0.5, 7.0, -1.0, 0.25];
-        for t in [-1.5, 0.0, 0.1, 2.0] {
+        let c: [f64; TERMS] = std::array::from_fn(|k| ((7 * k + 3) % 11) as f64 - 5.0 + 0.25 * k as f64);
+        for t in [-1.5, -0.3, 0.0, 0.1, 0.9, 2.0] {
             let powers = |k: i32| f64::powi(t, k);
-            let v: f64 = (0..6).map(|k| c[k as usize] * powers(k)).sum();
-            let s: f64 = (1..6).map(|k| f64::from(k) * c[k as usize] * powers(k - 1)).sum();
+            let v: f64 = (0..TERMS).map(|k| c[k] * powers(k as i32)).sum();
+            let s: f64 = (1..TERMS).map(|k| k as f64 * c[k] * powers(k as i32 - 1)).sum();
+            let size: f64 = (0..TERMS).map(|k| (k as f64 * c[k] * powers(k as i32)).abs()).sum::<f64>().max(1.0);
             let (found, slope) = value_and_slope(&c, t);
-            assert!((found - v).abs() < 1e-13 && (slope - s).abs() < 1e-13 && value(&c, t) == found);
+            assert!((found - v).abs() < 1e-15 * size && (slope - s).abs() < 1e-14 * size && value(&c, t) == found, "{t}");
+        }
+    }
+
+    #[test]
+    fn cosines_and_sines_are_those_of_the_library() {
+        for i in -1000..=1000 {
+            let x = f64::from(i) * 1e-3 * LARGEST_ANGLE;
+            let (cos, sin) = cos_sin(x);
+            let off = (cos - x.cos()).abs().max((sin - x.sin()).abs());
+            assert!(off < 1e-15, "{x}: {off:e}");
+        }
+    }
+
+    #[test]
+    fn small_angles_are_near_the_arc_tangent() {
+        for i in -1000..=1000 {
+            let (x, y) = (2.0, 1e-3 * f64::from(i));
+            assert!((small_angle(y, x) - y.atan2(x)).abs() < 3e-8, "{y}");
         }
     }
 }

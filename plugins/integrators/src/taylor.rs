@@ -7,16 +7,17 @@
 //! They are the dense output as well. A step is as long as the last coefficients allow (Jorba and Zou 2005, "A software
 //! package for the numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14).
 
-use crate::orbit::{Dense, Fate, State, Stepper, room};
-use crate::polynomial::{value, value_and_slope};
+use crate::orbit::{Dense, Fate, Polar, State, Stepper, room};
+use crate::polynomial::{LARGEST_ANGLE, TERMS, cos_sin, fma, value, value_and_slope};
 
-/// Number of coefficients. Measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
-/// geodesic takes the least time, 2 to 4 steps. (The pair of Dormand and Prince, order 5(4), with PI control took 1.4 times as
-/// long at 1e-6, in 7 steps; 2.4 times at 1e-8, in 18; 6 times at 1e-10, in 43.)
-const TERMS: usize = 16;
+// Number of coefficients: measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
+// geodesic takes the least time, 2 to 4 steps. (The pair of Dormand and Prince, order 5(4), with PI control took 1.4 times as
+// long at 1e-6, in 7 steps; 2.4 times at 1e-8, in 18; 6 times at 1e-10, in 43.)
 
 /// Longest step, in radians. A straight line sweeps 180 degrees; half of it keeps the ends of an orbit apart.
 const LONGEST: f64 = 1.5;
+
+const _: () = assert!(LONGEST < LARGEST_ANGLE);
 
 /// `LONGEST` to the power TERMS - 2.
 const LONGEST_POWER: f64 = {
@@ -32,7 +33,7 @@ const LONGEST_POWER: f64 = {
 #[derive(Clone, Copy, Debug)]
 pub struct TaylorOrbit {
     rs: f64,
-    state: State,
+    state: Polar,
     /// Largest error of u in a step.
     error: f64,
 }
@@ -50,7 +51,7 @@ impl TaylorOrbit {
         let epsilon = inverse_b_squared * rs * rs - 4.0 / 27.0;
         let closeness = (epsilon.abs() / (inverse_b_squared * rs * rs)).min(1.0);
         let error = inverse_b_squared.sqrt() * (SAFETY * error * closeness).max(0.5 * f64::EPSILON);
-        Self { rs, state: start, error }
+        Self { rs, state: Polar { state: start, cos: start.phi.cos(), sin: start.phi.sin() }, error }
     }
 }
 
@@ -61,26 +62,48 @@ const SAFETY: f64 = 0.4;
 #[derive(Clone, Copy, Debug)]
 pub struct TaylorStep {
     c: [f64; TERMS],
-    start: State,
+    start: Polar,
     end: State,
 }
 
+impl TaylorStep {
+    /// Cosine and sine of the angle `t` after the start.
+    #[inline(always)]
+    fn cos_sin(&self, t: f64) -> (f64, f64) {
+        let (cos, sin) = cos_sin(t);
+        let Polar { cos: c0, sin: s0, .. } = self.start;
+        (fma(c0, cos, -s0 * sin), fma(s0, cos, c0 * sin))
+    }
+}
+
 impl Dense for TaylorStep {
+    #[inline]
     fn start(&self) -> State {
-        self.start
+        self.start.state
     }
 
+    #[inline]
     fn end(&self) -> State {
         self.end
     }
 
+    #[inline]
     fn at(&self, phi: f64) -> State {
-        let (u, du) = value_and_slope(&self.c, phi - self.start.phi);
+        let (u, du) = value_and_slope(&self.c, phi - self.start.state.phi);
         State { phi, u, du }
     }
 
-    fn u_at(&self, phi: f64) -> f64 {
-        value(&self.c, phi - self.start.phi)
+    #[inline]
+    fn place(&self, phi: f64) -> (f64, f64, f64) {
+        let t = phi - self.start.state.phi;
+        let (cos, sin) = self.cos_sin(t);
+        (value(&self.c, t), cos, sin)
+    }
+
+    #[inline]
+    fn polar(&self, phi: f64) -> Polar {
+        let (cos, sin) = self.cos_sin(phi - self.start.state.phi);
+        Polar { state: self.at(phi), cos, sin }
     }
 
     fn until(self, end: State) -> Self {
@@ -89,34 +112,38 @@ impl Dense for TaylorStep {
 }
 
 /// The Taylor coefficients of the orbit through (u, u').
+#[inline]
 fn coefficients(rs: f64, u: f64, du: f64) -> [f64; TERMS] {
     let mut c = [0.0; TERMS];
     (c[0], c[1]) = (u, du);
-    let bend = 1.5 * rs;
-    // Spelled out, the sums have fixed lengths: 37 ns for all instead of 50.
+    let bend = 3.0 * rs;
+    let first = fma(bend, u, -1.0);
+    // Spelled out, the sums have fixed lengths.
     macro_rules! next {
-        ($($n:literal)*) => { $( c[$n + 2] = next::<$n>(&c, bend); )* };
+        ($($n:literal)*) => { $( c[$n + 2] = next::<$n>(&c, bend, first); )* };
     }
-    next!(0 1 2 3 4 5 6 7 8 9 10 11 12 13);
+    c[2] = u * fma(0.5 * bend, u, -1.0) * 0.5;
+    next!(1 2 3 4 5 6 7 8 9 10 11 12 13);
     c
 }
 
-/// Coefficient N + 2 from those before it; `bend` is (3/2) rs.
+/// Coefficient N + 2 from those before it, N > 0; `bend` is 3 rs, `first` is `bend c[0] - 1`. The newest of them, c[N], comes in last, so that
+/// nothing else waits for it.
 #[inline(always)]
-fn next<const N: usize>(c: &[f64; TERMS], bend: f64) -> f64 {
-    let mut pairs = 0.0;
-    for i in 0..N.div_ceil(2) {
-        pairs += c[i] * c[N - i];
+fn next<const N: usize>(c: &[f64; TERMS], bend: f64, first: f64) -> f64 {
+    let mut pairs = if N.is_multiple_of(2) { 0.5 * c[N / 2] * c[N / 2] } else { 0.0 };
+    for i in (1..N.div_ceil(2)).rev() {
+        pairs = fma(c[i], c[N - i], pairs);
     }
-    let middle = if N.is_multiple_of(2) { c[N / 2] * c[N / 2] } else { 0.0 };
-    (bend * (2.0 * pairs + middle) - c[N]) * (1.0 / ((N + 1) * (N + 2)) as f64)
+    let inverse = 1.0 / ((N + 1) * (N + 2)) as f64;
+    fma(first * inverse, c[N], bend * inverse * pairs)
 }
 
 impl Stepper for TaylorOrbit {
     type Step = TaylorStep;
 
     fn advance(&mut self) -> (TaylorStep, Fate) {
-        let start = self.state;
+        let start = self.state.state;
         let c = coefficients(self.rs, start.u, start.du);
         // The last two coefficients, for one of them is zero where the orbit is symmetric; as no step is longer than LONGEST,
         // the very last counts for no more than so many times the one before. And two more, for coefficients change sign and
@@ -127,9 +154,9 @@ impl Stepper for TaylorOrbit {
         let share = self.error / last;
         let longest = if share >= LONGEST_POWER { LONGEST } else { share.powf(1.0 / (TERMS - 2) as f64) };
         let h = room(self.rs, &start, longest);
-        let whole = TaylorStep { c, start, end: start };
-        let step = whole.until(whole.at(start.phi + h));
-        self.state = step.end;
+        let whole = TaylorStep { c, start: self.state, end: start };
+        self.state = whole.polar(start.phi + h);
+        let step = whole.until(self.state.state);
         (step, step.fate(self.rs))
     }
 }

@@ -144,7 +144,7 @@ fn taylor_orbits_keep_to_their_error() {
                     let across = (s.u - u).abs() / u.hypot(du);
                     if u * rs < 0.999 {
                         assert!(across <= allowed, "rs {rs} {start:?} phi {}: {across:.1e} > {allowed:.1e}", s.phi);
-                        let between = step.u_at(s.phi);
+                        let between = step.place(s.phi).0;
                         assert!((between - s.u).abs() <= 1e-14 * (s.u + start.u + start.du.abs()));
                     }
                 }

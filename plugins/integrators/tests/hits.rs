@@ -6,7 +6,6 @@ use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
-use bhs_integrators::chords::reach;
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::flight::Tolerance;
 use bhs_integrators::orbit::{OrbitPlane, State};
@@ -142,7 +141,7 @@ fn chords_stray_from_the_orbit_by_no_more_than_the_tolerance() {
         if (ray.origin - center).length() < 1.001 * rs {
             continue;
         }
-        let reach = reach(&empty, &empty.hole.unwrap());
+        let reach = empty.reach;
         let (plane, start) = OrbitPlane::of_ray(center, ray.origin, ray.direction);
         let form = ClosedForm::new(rs, start.u, start.du);
         if form.epsilon().abs() < 1e-9 {

@@ -19,12 +19,12 @@
 
 use crate::sky_map::SkyMap;
 use crate::{rescale_to, scale};
-use bhs_core::diagnostics::Diagnostic;
+use bhs_core::diagnostics::{Diagnostic, Spanned};
+use bhs_core::image::Texels;
 use bhs_core::light::{Light, SkySample};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
-use bhs_images::Image;
 use bhs_spectra::{luminance, rgb_emission};
 use glam::{DMat3, DVec3, Vec2};
 use std::f64::consts::PI;
@@ -46,34 +46,39 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     if p.is_given("L") {
         p.reject("L", "`L` and `filename` exclude each other", "the picture says how bright the sky is");
     }
-    let map = read(p, &filename).map(SkyMap::new);
+    let map = read(p, filename);
     let scale = scale * rescale_to(p, "illuminance", about, || map.as_ref().map_or(1.0, SkyMap::illuminance));
     let map_from_chart = map_from_chart(p)?;
     Some(Box::new(Pictured { map: map?, map_from_chart, scale }))
 }
 
 /// The picture of the sky, without what no light can be.
-fn read(p: &Params, filename: &str) -> Option<Image> {
+fn read(p: &Params, filename: String) -> Option<SkyMap> {
     let span = p.span_of("filename");
-    let fault =
-        |fault: String| p.report(Diagnostic::error("bad-file", format!("cannot read `{filename}`: {fault}")).at(span, ""));
-    let mut image = match p.context().files.read(filename, span).and_then(|bytes| Image::decode(&bytes)) {
+    let path = Spanned::new(filename, span);
+    let image = match p.context().named.image(&path, p.context()) {
         Ok(image) => image,
         Err(why) => {
-            fault(why);
+            p.report(Diagnostic::error("bad-file", format!("cannot read `{}`: {why}", path.value)).at(span, ""));
             return None;
         }
     };
-    if let Some(i) = image.pixels.iter().position(|c| !c.iter().all(|v| v.is_finite())) {
-        fault(format!("the pixel in column {}, row {} is not finite", i % image.size[0], i / image.size[0]));
-        return None;
-    }
-    let negative = image.pixels.iter_mut().flatten().filter(|v| **v < 0.0).map(|v| *v = 0.0).count();
+    let mut pixels: Vec<[f32; 3]> = match &image.texels {
+        Texels::Bytes(t) => t.iter().map(|c| c.map(|v| srgb_decode(f32::from(v) / 255.0))).collect(),
+        Texels::Words(t) => t.iter().map(|c| c.map(|v| srgb_decode(f32::from(v) / 65_535.0))).collect(),
+        Texels::Floats(t) => t.clone(),
+    };
+    let negative = pixels.iter_mut().flatten().filter(|v| **v < 0.0).map(|v| *v = 0.0).count();
     if negative > 0 {
-        let message = format!("`{filename}` is taken as 0 where it is negative: {negative} values");
+        let message = format!("`{}` is taken as 0 where it is negative: {negative} values", path.value);
         p.report(Diagnostic::warning("negative-light", message).at(span, "light cannot be negative"));
     }
-    Some(image)
+    Some(SkyMap::new([image.width as usize, image.height as usize], pixels))
+}
+
+/// The linear value of one encoded in sRGB, 0 to 1 (IEC 61966-2-1).
+fn srgb_decode(encoded: f32) -> f32 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Turns directions of the chart into those of the picture: a rotation, mirrored or not.

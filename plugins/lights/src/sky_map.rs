@@ -4,13 +4,15 @@
 //! towards +y. Pixels are patches of one radiance each, so that the density can be proportional to the radiance everywhere.
 
 use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
-use bhs_images::Image;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 
 /// A sky. Directions are unit vectors of its own space.
 pub struct SkyMap {
-    image: Image,
+    /// Width and height (pixels).
+    size: [usize; 2],
+    /// Linear sRGB, row by row from the top.
+    pixels: Vec<[f32; 3]>,
     /// Choice of a row: by its luminance times its solid angle.
     rows: Discrete,
     /// For each row, the share of its pixels up to and including each one.
@@ -23,12 +25,13 @@ fn luminance([r, g, b]: [f32; 3]) -> f64 {
 }
 
 impl SkyMap {
-    /// The sky of a picture whose values are finite and not negative.
-    pub fn new(image: Image) -> Self {
-        let [width, height] = image.size;
+    /// The sky of a picture of the given width and height (pixels) in linear sRGB, row by row from the top; all values are finite and
+    /// not negative.
+    pub fn new(size: [usize; 2], pixels: Vec<[f32; 3]>) -> Self {
+        let [width, height] = size;
         let mut columns = Vec::with_capacity(width * height);
         let mut rows = Vec::with_capacity(height);
-        for (y, row) in image.pixels.chunks_exact(width).enumerate() {
+        for (y, row) in pixels.chunks_exact(width).enumerate() {
             let total: f64 = row.iter().copied().map(luminance).sum();
             let mut sum = 0.0;
             columns.extend(row.iter().map(|pixel| {
@@ -37,13 +40,13 @@ impl SkyMap {
             }));
             rows.push(total * row_solid_angle(y, height) / width as f64);
         }
-        Self { image, rows: Discrete::new(rows), columns }
+        Self { size, pixels, rows: Discrete::new(rows), columns }
     }
 
     /// The colour in a direction.
     pub fn colour(&self, direction: DVec3) -> [f32; 3] {
         let [x, y] = self.pixel(direction);
-        self.image.pixels[y * self.image.size[0] + x]
+        self.pixels[y * self.size[0] + x]
     }
 
     /// The integral of the luminance over all directions.
@@ -53,8 +56,8 @@ impl SkyMap {
 
     /// What falls on a horizontal surface from above: the integral of luminance times cosine over the upper half.
     pub fn illuminance(&self) -> f64 {
-        let [width, height] = self.image.size;
-        let rows = self.image.pixels.chunks_exact(width).enumerate();
+        let [width, height] = self.size;
+        let rows = self.pixels.chunks_exact(width).enumerate();
         rows.map(|(y, row)| {
             // The integral of sin cos over what part of the row lies above the horizon.
             let [top, bottom] = [y, y + 1].map(|y| (y as f64 / height as f64 * PI).min(PI / 2.0).sin());
@@ -66,7 +69,7 @@ impl SkyMap {
 
     /// A direction and its density per solid angle. `None` if all is black.
     pub fn sample(&self, u: Vec2) -> Option<(DVec3, f64)> {
-        let [width, height] = self.image.size;
+        let [width, height] = self.size;
         let (y, v) = self.rows.sample(u.y)?;
         let row = &self.columns[y * width..][..width];
         let x = row.partition_point(|c| *c <= u.x).min(width - 1);
@@ -93,20 +96,20 @@ impl SkyMap {
 
     /// The density within a pixel.
     fn density(&self, x: usize, y: usize) -> f64 {
-        let [width, height] = self.image.size;
+        let [width, height] = self.size;
         let share = self.rows.probability(y) * f64::from(self.column_share(x, y).1);
         share * width as f64 / row_solid_angle(y, height)
     }
 
     /// The share of its row that lies before a pixel, and its own: as drawn, roundings included.
     fn column_share(&self, x: usize, y: usize) -> (f32, f32) {
-        let row = &self.columns[y * self.image.size[0]..];
+        let row = &self.columns[y * self.size[0]..];
         let before = if x == 0 { 0.0 } else { row[x - 1] };
         (before, row[x] - before)
     }
 
     fn pixel(&self, direction: DVec3) -> [usize; 2] {
-        let [width, height] = self.image.size;
+        let [width, height] = self.size;
         let phi = direction.y.atan2(direction.x).rem_euclid(TAU);
         // The sine, too: near the poles the cosine alone is blunt.
         let theta = direction.x.hypot(direction.y).atan2(direction.z);
@@ -138,7 +141,7 @@ mod tests {
             1 => [20.0, 10.0, 5.0],
             k => [0.1 * k as f32, 0.2, 0.05 * k as f32],
         };
-        SkyMap::new(Image { size, pixels: (0..size[0] * size[1]).map(pixel).collect() })
+        SkyMap::new(size, (0..size[0] * size[1]).map(pixel).collect())
     }
 
     fn number(i: u64) -> f32 {
@@ -156,7 +159,7 @@ mod tests {
         let heights = |i: usize, n: usize| span(i, n).map(|v| -(PI * v).cos());
         let mut expected = vec![0.0; across * down];
         for (i, cell) in expected.iter_mut().enumerate() {
-            for (k, pixel) in map.image.pixels.iter().enumerate() {
+            for (k, pixel) in map.pixels.iter().enumerate() {
                 let phi = TAU * common(span(i % across, across), span(k % width, width));
                 let z = common(heights(i / across, down), heights(k / width, height));
                 *cell += luminance(*pixel) * phi * z / map.total();
@@ -207,11 +210,11 @@ mod tests {
     #[test]
     fn the_top_row_is_up_and_the_left_edge_is_x() {
         let pixels = (0..8).map(|i| [i as f32, 0.0, 0.0]).collect();
-        let map = SkyMap::new(Image { size: [4, 2], pixels });
+        let map = SkyMap::new([4, 2], pixels);
         let at = |x: f64, y: f64, z: f64| map.colour(DVec3::new(x, y, z).normalize())[0];
         assert_eq!([at(1.0, 0.1, 0.1), at(-0.1, 1.0, 0.1), at(-1.0, -0.1, 0.1), at(0.1, -1.0, 0.1)], [0.0, 1.0, 2.0, 3.0]);
         assert_eq!([at(1.0, 0.1, -0.1), at(0.1, -1.0, -0.1)], [4.0, 7.0]);
-        let black = SkyMap::new(Image { size: [2, 2], pixels: vec![[0.0; 3]; 4] });
+        let black = SkyMap::new([2, 2], vec![[0.0; 3]; 4]);
         assert_eq!((black.sample(Vec2::splat(0.5)), black.pdf(DVec3::X)), (None, 0.0));
     }
 }

@@ -135,7 +135,8 @@ fn check_role(
 ) -> Result<(), Vec<Diagnostic>> {
     for (value, place) in values {
         if let Some(cause) = fault(value, role) {
-            let message = format!("`{}` is {value}{place}", param.name.value);
+            let shown = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
+            let message = format!("`{}` is {shown}{place}", param.name.value);
             return Err(vec![Diagnostic::error("bad-value", message).at(span, cause)]);
         }
     }

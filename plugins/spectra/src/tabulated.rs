@@ -1,7 +1,7 @@
 //! Piecewise linear functions of wavelength, looked up in constant time.
 
 use bhs_core::diagnostics::{Diagnostic, Spanned};
-use bhs_core::spectrum::Spectrum;
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum};
 use bhs_core::value::{Param, Values};
 
 /// The word that a scene adds to a name or file to make the spectrum zero outside its data.
@@ -89,6 +89,20 @@ impl Tabulated {
 }
 
 impl Spectrum for Tabulated {
+    fn sample(&self, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
+        let last = self.values.len() - 1;
+        if !self.index.is_empty() || self.outside == Outside::Zero || last == 0 {
+            return SampledSpectrum(lambda_nm).map(|l| self.at(l));
+        }
+        // Equal steps, and the end values outside: no case is left to tell apart. (What is not a number becomes the first cell's.)
+        SampledSpectrum(lambda_nm).map(|l| {
+            let x = ((l - self.lambda_nm[0]) * self.cells_per_nm).max(0.0).min(last as f32);
+            let i = (x as usize).min(last - 1);
+            let (v0, v1) = (self.values[i], self.values[i + 1]);
+            v0 + (x - i as f32) * (v1 - v0)
+        })
+    }
+
     fn at(&self, lambda_nm: f32) -> f32 {
         let last = self.lambda_nm.len() - 1;
         // Written so that NaN counts as outside.

@@ -143,9 +143,19 @@ impl LightTransport for Path {
             if let Some(c) = connections
                 && !vertex.material.is_specular()
             {
-                // Along straight lines it costs so little to look that leaving light to chance only adds noise.
-                let found = if scene.integrator.is_curved() { radiance.max() / throughput.max() } else { 0.0 };
-                radiance += throughput * sample_light(scene, c, &vertex, found, &lambda, stream, log);
+                let (choice, u) = (stream.next_1d(), stream.next_2d());
+                if let Some(light) = scene.sample_light(choice, u) {
+                    let sought = Sought { scene, connections: c, vertex: &vertex, light: &light, lambda: &lambda };
+                    // Along straight lines it costs so little to look that leaving light to chance only adds noise.
+                    radiance += throughput
+                        * match (scene.bends(), c.turns()) {
+                            (false, _) => sought.straight(log),
+                            (true, 1) => sought.bent::<2>(radiance.max() / throughput.max(), stream.next_1d(), log),
+                            (true, _) => {
+                                sought.bent::<{ 2 * MOST_TURNS }>(radiance.max() / throughput.max(), stream.next_1d(), log)
+                            }
+                        };
+                }
             }
 
             // ---- The next direction
@@ -184,71 +194,85 @@ impl LightTransport for Path {
     }
 }
 
-/// The light of one point of one lamp that arrives at `vertex` along all geodesics, scattered back along the path. `found`: the light
-/// of the path so far, as it would have to leave `vertex`; 0 to leave nothing to chance for its sake.
-fn sample_light(
-    scene: &Scene,
-    connections: &dyn Connections,
-    vertex: &Vertex,
-    found: f32,
-    lambda: &SampledWavelengths,
-    stream: &mut SampleStream,
-    log: &mut TraceLog,
-) -> SampledSpectrum {
-    let mut sum = SampledSpectrum::ZERO;
-    let (choice, u) = (stream.next_1d(), stream.next_2d());
-    let spare = stream.next_1d();
-    let Some(light) = scene.sample_light(choice, u) else { return sum };
-    let from = vertex.hit.point;
-    let mut images = [None; 2 * MOST_TURNS];
-    for (turn, images) in (0..connections.turns()).zip(images.chunks_exact_mut(2)) {
-        let pair = scene.connect(connections, from, &light, turn);
-        for (image, connection) in images.iter_mut().zip(pair) {
-            *image = connection.map(|c| (c, carried(scene, vertex, &light, &c, lambda)));
-        }
-    }
-    let images = images.iter().flatten();
-    let all: f32 = images.clone().map(|(_, light)| light.max()).sum();
-    for (c, carried) in images {
-        log.counters.connections += 1;
-        let looked_at = (carried.max() / (FAINT * all.max(found))).min(1.0);
-        if carried.is_zero() {
-            log.counters.connections_dark += 1;
-            continue;
-        }
-        // One number for all: each image by itself is looked at as often as it should be.
-        if spare >= looked_at {
-            log.counters.connections_faint += 1;
-            continue;
-        }
-        log.counters.connections_searched += 1;
-        let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, c.launch) };
-        let queries = log.counters.queries;
-        let visible = scene.visible(connections, &start, from, &light, c, log);
-        log.counters.connection_queries += log.counters.queries - queries;
-        if visible {
-            sum += *carried * (1.0 / looked_at);
-        } else {
-            log.counters.connections_blocked += 1;
-        }
-    }
-    sum
+/// A point of a lamp whose light is looked for at a vertex.
+struct Sought<'a> {
+    scene: &'a Scene,
+    connections: &'a dyn Connections,
+    vertex: &'a Vertex<'a>,
+    light: &'a LightSample,
+    lambda: &'a SampledWavelengths,
 }
 
-/// What the light sample sends back along the path by the geodesic `c`, weighted against BSDF sampling, if nothing stands in its way.
-fn carried(scene: &Scene, vertex: &Vertex, light: &LightSample, c: &Connection, lambda: &SampledWavelengths) -> SampledSpectrum {
-    let wi = vertex.shading_direction(c.launch);
-    let scattered = vertex.material.evaluate(&vertex.shading, vertex.wo, wi);
-    if scattered.is_zero() || !vertex.is_consistent(wi) {
-        return SampledSpectrum::ZERO;
+impl Sought<'_> {
+    /// What arrives along a straight line, scattered back along the path.
+    fn straight(&self, log: &mut TraceLog) -> SampledSpectrum {
+        let [connection, _] = self.scene.connect(self.connections, self.vertex.hit.point, self.light, 0);
+        let Some(connection) = connection else { return SampledSpectrum::ZERO };
+        log.counters.connections += 1;
+        let carried = self.carried(&connection);
+        if carried.is_zero() {
+            log.counters.connections_dark += 1;
+            return carried;
+        }
+        if self.is_visible(&connection, log) { carried } else { SampledSpectrum::ZERO }
     }
-    let arriving = scene.arriving(light, c, &vertex.observer, lambda);
-    let density = arriving.density as f32;
-    // Zero where light of a whole circle of directions meets in the point (a lamp exactly behind the hole): of a surface, the points
-    // that are so have no area.
-    if arriving.emitted.is_zero() || !(density > 0.0 && density.is_finite()) {
-        return SampledSpectrum::ZERO;
+
+    /// What arrives along all of up to `N` geodesics, scattered back along the path. `found`: the light of the path so far, as it would have to
+    /// leave the vertex. `spare` is a number in [0,1) that nothing else depends on.
+    fn bent<const N: usize>(&self, found: f32, spare: f32, log: &mut TraceLog) -> SampledSpectrum {
+        let mut images = [None; N];
+        for (turn, images) in (0..self.connections.turns()).zip(images.chunks_exact_mut(2)) {
+            let pair = self.scene.connect(self.connections, self.vertex.hit.point, self.light, turn);
+            for (image, connection) in images.iter_mut().zip(pair) {
+                *image = connection.map(|c| (c, self.carried(&c)));
+            }
+        }
+        let images = images.iter().flatten();
+        let all: f32 = images.clone().map(|(_, light)| light.max()).sum();
+        let mut sum = SampledSpectrum::ZERO;
+        for (connection, carried) in images {
+            log.counters.connections += 1;
+            let looked_at = (carried.max() / (FAINT * all.max(found))).min(1.0);
+            // One number for all: each image by itself is looked at as often as it should be.
+            if carried.is_zero() {
+                log.counters.connections_dark += 1;
+            } else if spare >= looked_at {
+                log.counters.connections_faint += 1;
+            } else if self.is_visible(connection, log) {
+                sum += *carried * (1.0 / looked_at);
+            }
+        }
+        sum
     }
-    let against = if arriving.is_point { 0.0 } else { vertex.material.pdf(&vertex.shading, vertex.wo, wi) };
-    scattered * arriving.emitted * (1.0 / (density + against))
+
+    /// Whether nothing stands in the way of a geodesic.
+    fn is_visible(&self, connection: &Connection, log: &mut TraceLog) -> bool {
+        let Self { scene, vertex, .. } = self;
+        log.counters.connections_searched += 1;
+        let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, connection.launch) };
+        let queries = log.counters.queries;
+        let visible = scene.visible(self.connections, &start, vertex.hit.point, self.light, connection, log);
+        log.counters.connection_queries += log.counters.queries - queries;
+        log.counters.connections_blocked += u64::from(!visible);
+        visible
+    }
+
+    /// What the light sample sends back along the path by a geodesic, weighted against BSDF sampling, if nothing stands in its way.
+    fn carried(&self, connection: &Connection) -> SampledSpectrum {
+        let vertex = self.vertex;
+        let wi = vertex.shading_direction(connection.launch);
+        let scattered = vertex.material.evaluate(&vertex.shading, vertex.wo, wi);
+        if scattered.is_zero() || !vertex.is_consistent(wi) {
+            return SampledSpectrum::ZERO;
+        }
+        let arriving = self.scene.arriving(self.light, connection, &vertex.observer, self.lambda);
+        let density = arriving.density as f32;
+        // Zero where light of a whole circle of directions meets in the point (a lamp exactly behind the hole): of a surface, the points
+        // that are so have no area.
+        if arriving.emitted.is_zero() || !(density > 0.0 && density.is_finite()) {
+            return SampledSpectrum::ZERO;
+        }
+        let against = if arriving.is_point { 0.0 } else { vertex.material.pdf(&vertex.shading, vertex.wo, wi) };
+        scattered * arriving.emitted * (1.0 / (density + against))
+    }
 }

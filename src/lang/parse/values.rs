@@ -167,9 +167,14 @@ impl Lower<'_> {
         if word == "]" {
             return self.fault("stray", "this `]` closes nothing", at, "", Some("remove it, or open the list with `[`".into()));
         }
-        let (message, help) = match word.trim_end_matches(',') {
-            bare if bare != word && read_number(bare).is_some() => {
+        let (message, help) = match word {
+            _ if word.contains(',') && word.split_terminator(',').all(|w| read_number(w).is_some()) => {
                 (format!("expected a number, found `{shown}`"), "separate numbers by blanks, without commas".to_owned())
+            }
+            _ if word.starts_with(QUOTES) => {
+                let bare = shorten(word.trim_matches(QUOTES));
+                let help = format!("text stands in straight double quotes: \"{bare}\"");
+                (format!("expected a value, found `{shown}`"), help)
             }
             _ if word.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
                 (format!("`{shown}` is not a number"), "numbers look like 1, -0.5 or 2e-3".to_owned())
@@ -186,6 +191,9 @@ impl Lower<'_> {
     }
 }
 
+/// Marks that stand around text elsewhere.
+const QUOTES: [char; 7] = ['\'', '`', '\u{2018}', '\u{2019}', '\u{201c}', '\u{201d}', '\u{201e}'];
+
 /// What a list holds besides text.
 struct Numbers {
     values: Vec<f64>,
@@ -201,7 +209,7 @@ impl Default for Numbers {
 }
 
 /// The number that `word` is, which may be too large to be finite, and whether it is written as an integer.
-fn read_number(word: &str) -> Option<(f64, bool)> {
+pub(super) fn read_number(word: &str) -> Option<(f64, bool)> {
     // Rust would read `inf` and `nan` too; of these characters it reads exactly the grammar's numbers.
     let mut whole = true;
     for b in word.bytes() {
