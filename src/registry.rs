@@ -64,6 +64,11 @@ macro_rules! kinds {
                 Self { $($field: $list.to_vec(),)* spectra: Box::new(bhs_spectra::Builder) }
             }
 
+            /// No plugins but the spectra: for a program that makes its own choice by [`Registry::with`].
+            pub fn empty() -> Self {
+                Self { $($field: Vec::new(),)* spectra: Box::new(bhs_spectra::Builder) }
+            }
+
             /// Adds a plugin; one of the same kind and name is replaced.
             pub fn with(mut self, plugin: impl Into<AnyPlugin>) -> Self {
                 match plugin.into() {

@@ -63,8 +63,8 @@ pub fn candidates(diagonal: f64) -> Vec<Candidate> {
     baseline.into_iter().chain(rk4).chain(adaptive).chain(exact).collect()
 }
 
-/// Nanoseconds of processor time that a ray takes.
-fn nanoseconds(world: &World, integrator: &dyn Integrator, rays: &[Ray]) -> f64 {
+/// Nanoseconds of processor time that one of `rays` takes.
+pub fn nanoseconds(world: &World, integrator: &dyn Integrator, rays: &[Ray]) -> f64 {
     let start = processor_seconds();
     let mut passes = 0.0;
     loop {
