@@ -3,9 +3,12 @@
 //!
 //! `BLESS=1 cargo test --test reference` writes the tables into `grammar/README.md`.
 
-use bhs::lang::{self, Overrides, SourceMap};
+mod common;
+
+use bhs::lang;
 use bhs::registry::{PluginInfo, Registry};
 use bhs_core::value::ParamType;
+use common::examples::{build_all, examples};
 use std::fs;
 
 const PATH: &str = "grammar/README.md";
@@ -30,11 +33,6 @@ fn section<'t>(text: &'t str, heading: &str) -> Option<&'t str> {
         to += line.len();
     }
     Some(&text[from..to])
-}
-
-/// The scenes in a part of the reference.
-fn examples(text: &str) -> Vec<&str> {
-    text.split("```bhs\n").skip(1).map(|rest| rest.split("```").next().unwrap_or(rest)).collect()
 }
 
 /// The heading over the plugins of a kind.
@@ -73,11 +71,7 @@ fn with_table(section: &str, table: &str) -> String {
 fn every_example_is_a_scene_without_fault() {
     let text = reference();
     assert!(examples(&text).len() >= 50);
-    for example in examples(&text) {
-        let built = lang::load_text(PATH, example, &Registry::builtin(), &Overrides::default(), &mut SourceMap::new());
-        let built = built.unwrap_or_else(|found| panic!("{found:?}\n{example}"));
-        assert!(built.warnings.is_empty(), "{:?}\n{example}", built.warnings);
-    }
+    build_all(PATH, &text);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! What the tests share: scenes from text, and rays through them.
 #![allow(dead_code)] // each test program uses a part of it
 
+pub mod examples;
 pub mod physics;
 
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};

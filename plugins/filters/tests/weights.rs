@@ -4,9 +4,10 @@ use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Filter;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::params::{Context, Files, Params, SpectrumSource};
+use bhs_core::sampling::ONE_MINUS_EPSILON;
 use bhs_core::spectrum::{Spectrum, SpectrumRole};
 use bhs_core::value::{Param, ParamType, Values};
-use glam::{DAffine3, Vec2};
+use glam::{DAffine3, DVec2, Vec2};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -52,12 +53,16 @@ fn filter(name: &str, params: &[(&str, f64)]) -> Box<dyn Filter> {
     built.expect("a filter")
 }
 
-/// Weighted mean of a picture that varies as `cos(a x) cos(b y)` around the pixel, by an even grid of samples.
+/// Weighted mean of a picture that varies as `cos(a x) cos(b y)` around the pixel, by well distributed samples (Roberts 2018, the sequence R2:
+/// multiples of the inverse powers of the plastic number).
 fn by_samples(filter: &dyn Filter, a: f64, b: f64) -> (f64, f64) {
-    let n = 1500;
+    const PLASTIC: f64 = 1.324_717_957_244_746;
     let (mut sum, mut weights, mut sizes) = (0.0, 0.0, 0.0);
-    for i in 0..n * n {
-        let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+    for i in 0..1_000_000 {
+        let u = DVec2::new(f64::from(i) / PLASTIC, f64::from(i) / (PLASTIC * PLASTIC))
+            .fract()
+            .as_vec2()
+            .min(Vec2::splat(ONE_MINUS_EPSILON));
         let (offset, weight) = filter.sample(u);
         let weight = f64::from(weight);
         sum += weight * (a * f64::from(offset.x)).cos() * (b * f64::from(offset.y)).cos();

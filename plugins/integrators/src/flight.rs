@@ -93,7 +93,11 @@ const TENTH: f64 = 0.1;
 /// Tolerance of a ray of unknown footprint, relative to the diagonal of the box around all surfaces.
 const UNKNOWN: f64 = 1e-4;
 
-/// Relative error of orbits where there is no surface to give distances a scale: far below a pixel.
+/// Largest relative error of an orbit. A precise orbit costs a third of a step more than one that is as coarse as chords may be, and then hits
+/// are right to this, however coarse the chords: those decide only which surface is met.
+const ORBIT_ERROR: f64 = 1e-6;
+
+/// The same where there is no surface to give distances a scale: far below a pixel.
 const SKY_ERROR: f64 = 1e-7;
 
 impl Tolerance {
@@ -128,9 +132,9 @@ impl Tolerance {
         chord_angle(flight.hole.rs, share * self.distance(flight.world, flight.ray.footprint))
     }
 
-    /// `share` of the tolerance, relative to the distance from the hole to the farthest surface.
+    /// Relative error of the orbit: `share` of the tolerance over the distance from the hole to the farthest surface, or less.
     pub fn relative(self, flight: &Flight, share: f64) -> f64 {
         let reach = flight.world.reach;
-        if reach > 0.0 { (share * self.distance(flight.world, flight.ray.footprint) / reach).min(1e-2) } else { SKY_ERROR }
+        if reach > 0.0 { (share * self.distance(flight.world, flight.ray.footprint) / reach).min(ORBIT_ERROR) } else { SKY_ERROR }
     }
 }
