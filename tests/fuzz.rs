@@ -12,6 +12,7 @@ use bhs::registry::Registry;
 use bhs::registry::{Kind, bare_context};
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::geometry::Shape;
+use bhs_core::light::Light;
 use bhs_core::material::Material;
 use bhs_core::params::Files;
 use bhs_core::value::{Param, ParamType, Values};
@@ -302,6 +303,21 @@ fn mutated_spectra() {
     let registry = Registry::builtin();
     let examples = [b"# paint\n400 0.5\n\n500.5\t1e-1\n".to_vec(), b"400,0.5\n500,0.25\n".to_vec()];
     mutated_files(&examples, |file| make::<dyn Material>(&registry, file, "diffuse", ParamType::Spectrum, "reflectance"));
+}
+
+#[test]
+fn mutated_obj_files() {
+    let registry = Registry::builtin();
+    let examples = [common::read("grammar/examples/pyramid.obj").into_bytes()];
+    mutated_files(&examples, |file| make::<dyn Shape>(&registry, file, "objmesh", ParamType::String, "filename"));
+}
+
+#[test]
+fn mutated_pictures() {
+    let examples: Vec<Vec<u8>> =
+        ["tiles.png", "sky.png"].map(|f| std::fs::read(format!("grammar/examples/{f}")).expect("a picture")).into();
+    let registry = Registry::builtin();
+    mutated_files(&examples, |file| make::<dyn Light>(&registry, file, "infinite", ParamType::String, "filename"));
 }
 
 /// One mesh in every way that a PLY file can be written.
