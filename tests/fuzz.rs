@@ -298,15 +298,62 @@ fn mutated_meshes() {
 }
 
 #[test]
+fn mutated_obj_files() {
+    let registry = Registry::builtin();
+    let examples = [common::read("grammar/examples/pyramid.obj").into_bytes()];
+    mutated_files(&examples, |file| make::<dyn Shape>(&registry, file, "objmesh", ParamType::String, "filename"));
+}
+
+#[test]
 fn mutated_spectra() {
     let registry = Registry::builtin();
     let examples = [b"# paint\n400 0.5\n\n500.5\t1e-1\n".to_vec(), b"400,0.5\n500,0.25\n".to_vec()];
     mutated_files(&examples, |file| make::<dyn Material>(&registry, file, "diffuse", ParamType::Spectrum, "reflectance"));
 }
 
+/// One mesh in every way that a PLY file can be written.
+fn ply_examples() -> Vec<Vec<u8>> {
+    let text = common::read("grammar/examples/pyramid.ply");
+    let (header, _) = text.split_once("end_header\n").expect("it has a header");
+    let binary = |format: &str, float: fn(f32) -> [u8; 4], int: fn(i32) -> [u8; 4]| {
+        let mut bytes = header.replace("ascii", format).into_bytes();
+        bytes.extend(b"end_header\n");
+        for p in [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]] {
+            bytes.extend(p.into_iter().flat_map(float));
+        }
+        for face in [&[0, 1, 2, 3][..], &[0, 4, 1], &[1, 4, 2], &[2, 4, 3], &[3, 4, 0]] {
+            bytes.push(face.len() as u8);
+            bytes.extend(face.iter().flat_map(|i| int(*i)));
+        }
+        bytes
+    };
+    let little = binary("binary_little_endian", f32::to_le_bytes, i32::to_le_bytes);
+    let big = binary("binary_big_endian", f32::to_be_bytes, i32::to_be_bytes);
+    vec![text.into_bytes(), little, big]
+}
+
 #[test]
-fn mutated_obj_files() {
-    let registry = Registry::builtin();
-    let examples = [common::read("grammar/examples/pyramid.obj").into_bytes()];
-    mutated_files(&examples, |file| make::<dyn Shape>(&registry, file, "objmesh", ParamType::String, "filename"));
+fn a_file_of_one_character_is_read_quickly() {
+    // What is opened again and again and never closed must not be looked at again and again.
+    for word in [
+        "[",
+        "\"",
+        "]",
+        "#",
+        "A [ ",
+        "A [ 1 ",
+        "A \"",
+        "A [ \"a\" ",
+        "\"float a\" ",
+        "A \"float a\" [ 1 ",
+        "AttributeBegin ",
+        "Shape \"sphere\" ",
+        "\\",
+        "x ",
+    ] {
+        let text = word.repeat(200_000 / word.len());
+        let mut directives = Directives::new(&text, 0);
+        let count = directives.by_ref().count();
+        assert!(count <= text.len() && directives.into_faults().len() <= text.len());
+    }
 }
