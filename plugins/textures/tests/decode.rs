@@ -32,14 +32,11 @@ fn float_picture() -> DynamicImage {
 
 fn exr_bytes() -> Vec<u8> {
     let [w, h] = SIZE.map(|s| s as usize);
-    let folder = std::env::temp_dir().join(format!("bhs-decode-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder for a file");
-    let path = folder.join("picture.exr");
+    let folder = tempfile::tempdir().expect("a folder for a file");
+    let path = folder.path().join("picture.exr");
     let texel = |x: usize, y: usize, c| f32::from(value(x as u32, y as u32, c)) / 32.0;
     write_rgb_file(&path, w, h, |x, y| (texel(x, y, 0), texel(x, y, 1), texel(x, y, 2))).expect("the encoder works");
-    let bytes = std::fs::read(&path).expect("the file is there");
-    std::fs::remove_dir_all(&folder).expect("and can go");
-    bytes
+    std::fs::read(&path).expect("the file is there")
 }
 
 fn files() -> Vec<(&'static str, Vec<u8>)> {
