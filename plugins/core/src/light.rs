@@ -57,7 +57,7 @@ pub trait Light: Send + Sync {
     }
 
     /// Spectral irradiance [W m^-2 nm^-1] of a light that shines from one direction of the sky, on a surface at right angles to it far
-    /// from any hole, at the given wavelengths there [nm].
+    /// from any hole, at the given wavelengths there (nm).
     fn irradiance(&self, _lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
         SampledSpectrum::ZERO
     }
