@@ -223,7 +223,7 @@ def libclang_version(path):
 
 # ---- Cargo ----
 
-# Built where it runs: with the vectors and fused multiply-adds of this very processor, curved rays take a fifth less time.
+# Built where it runs, with the vectors and fused multiply-adds of this very processor, which the inner loops of orbits are written for.
 TARGET_CPU = """
 [target.'cfg(target_arch = "x86_64")']
 rustflags = ["-Ctarget-cpu=native"]
