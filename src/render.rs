@@ -7,6 +7,7 @@ use crate::film::{Framebuffer, Tile};
 use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
 use crate::progress::Progress;
+use arrayvec::ArrayVec;
 use bhs_core::blackhole::Observer;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::integrator::Ray;
@@ -15,7 +16,7 @@ use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::scene::Scene;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
 use bhs_core::stats::{Counters, TraceLog};
-use bhs_core::transport::LightTransport;
+use bhs_core::transport::{BATCH, LightTransport, PathSample};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -115,25 +116,37 @@ fn render_tile(
     let [lo, hi] = job.film.lambda_range();
     let wavelengths = VisibleWavelengths::new(lo, hi);
     let wants_variance = job.film.layers().contains(&Layer::Variance);
-    for i in 0..tile.weights.len() {
-        let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
-        for index in samples.clone() {
-            let mut seen = Sample::new(job, &wavelengths, pixel, index);
+    let mut all = (0..tile.weights.len()).flat_map(|i| samples.clone().map(move |index| (i, index)));
+    let (mut seen, mut paths) = (ArrayVec::<Seen, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
+    loop {
+        for (i, index) in all.by_ref().take(BATCH) {
+            let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
+            let (sample, path) = Seen::new(job, &wavelengths, i, pixel, index);
+            seen.push(sample);
+            paths.push(path);
+        }
+        if paths.is_empty() {
+            return log.counters;
+        }
+        let rays: ArrayVec<Ray, BATCH> = paths.iter().map(|p| p.ray).collect();
+        job.transport.radiance_all(job.scene, &mut paths, &mut log);
+        for ((seen, path), ray) in seen.iter().zip(&paths).zip(rays) {
             if let Some(layers) = layers {
-                tile.add_layers(i, job.film.layers(), layers.values(&seen.ray), f64::from(seen.weight));
+                tile.add_layers(seen.pixel, job.film.layers(), layers.values(&ray), f64::from(seen.weight));
             }
-            let sums = &mut tile.sums[i * channels..][..channels];
+            let sums = &mut tile.sums[seen.pixel * channels..][..channels];
             let before = wants_variance.then(|| color(sums));
-            let weight = seen.add(job, sums, &mut log);
+            let weight = seen.add(job, path, sums, &mut log);
             if let Some(before) = before.filter(|_| weight != 0.0) {
                 let after = color(sums);
                 let sample = std::array::from_fn(|c| (after[c] - before[c]) / weight);
-                tile.add_variance(i, job.film.layers(), sample);
+                tile.add_variance(seen.pixel, job.film.layers(), sample);
             }
-            tile.weights[i] += weight;
+            tile.weights[seen.pixel] += weight;
         }
+        seen.clear();
+        paths.clear();
     }
-    log.counters
 }
 
 /// Red, green and blue, with which all films begin.
@@ -141,10 +154,10 @@ fn color(sums: &[f64]) -> [f64; 3] {
     std::array::from_fn(|c| sums.get(c).copied().unwrap_or_default())
 }
 
-/// One sample of one pixel, before it is followed.
-struct Sample<'a> {
-    /// What the camera sees along (chart).
-    ray: Ray,
+/// One sample of one pixel, as its observer sees it.
+struct Seen {
+    /// Number of the pixel in its tile.
+    pixel: usize,
     /// The filter's weight.
     weight: f32,
     /// Wavelengths where the ray starts.
@@ -152,27 +165,38 @@ struct Sample<'a> {
     /// Rate of the clock at the scene's camera over that where the ray starts: 1 but for cameras that stand in several places.
     /// `None` where nobody can stand.
     clock: Option<f64>,
-    /// The numbers that are left.
-    stream: SampleStream<'a>,
 }
 
-impl<'a> Sample<'a> {
-    fn new(job: &Job<'a>, wavelengths: &VisibleWavelengths, pixel: [u32; 2], index: u32) -> Self {
+impl Seen {
+    /// The sample, and the path that is to be followed for it.
+    fn new<'a>(
+        job: &Job<'a>,
+        wavelengths: &VisibleWavelengths,
+        number: usize,
+        pixel: [u32; 2],
+        index: u32,
+    ) -> (Self, PathSample<'a>) {
         let mut stream = SampleStream::new(job.sampler, pixel, index);
         let (offset, weight) = job.filter.sample(stream.next_2d());
         let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
-        let seen = job.camera.ray(raster, stream.next_2d());
+        let view = job.camera.ray(raster, stream.next_2d());
         let lambda = wavelengths.sample(stream.next_1d());
-        let observer = job.scene.observer(seen.origin);
-        let direction = observer.unwrap_or(Observer::FLAT).frame.chart_direction(seen.direction);
-        let ray = Ray { origin: seen.origin, direction, footprint: job.scene.footprints.camera };
-        Self { ray, weight, lambda, clock: observer.map(|o| job.scene.shift(&o).recip()), stream }
+        let observer = job.scene.observer(view.origin);
+        let direction = observer.unwrap_or(Observer::FLAT).frame.chart_direction(view.direction);
+        let ray = Ray { origin: view.origin, direction, footprint: job.scene.footprints.camera };
+        let seen = Self { pixel: number, weight, lambda, clock: observer.map(|o| job.scene.shift(&o).recip()) };
+        // Transports know the observer at the scene's camera only: it receives the same light at other wavelengths.
+        let at_camera = match seen.clock {
+            Some(clock) if clock != 1.0 => SampledWavelengths { lambda_nm: lambda.at(clock as f32), ..lambda },
+            _ => lambda,
+        };
+        (seen, PathSample { ray, lambda: at_camera, stream, radiance: SampledSpectrum::ZERO })
     }
 
-    /// Adds what is seen to the pixel's sums and returns the weight that it has there.
-    fn add(&mut self, job: &Job, sums: &mut [f64], log: &mut TraceLog) -> f64 {
+    /// Adds what `path` has found to the pixel's sums and returns the weight that it has there.
+    fn add(&self, job: &Job, path: &PathSample, sums: &mut [f64], log: &mut TraceLog) -> f64 {
         log.counters.paths += 1;
-        let radiance = self.radiance(job, log);
+        let radiance = self.received(job, path.radiance, log);
         if !radiance.is_finite() {
             log.counters.not_finite += 1;
             return 0.0;
@@ -181,18 +205,15 @@ impl<'a> Sample<'a> {
         f64::from(self.weight)
     }
 
-    /// What is seen, as the observer receives it who stands where the ray starts.
-    fn radiance(&mut self, job: &Job, log: &mut TraceLog) -> SampledSpectrum {
-        let Some(clock) = self.clock else {
-            log.counters.inside_horizon += 1;
-            return SampledSpectrum::ZERO;
-        };
-        if clock == 1.0 {
-            return job.transport.radiance(job.scene, self.ray, &self.lambda, &mut self.stream, log);
+    /// Light that the scene's camera would see so, as the observer receives it who stands where the ray starts.
+    fn received(&self, job: &Job, radiance: SampledSpectrum, log: &mut TraceLog) -> SampledSpectrum {
+        match self.clock {
+            Some(1.0) => radiance,
+            Some(clock) => radiance * job.scene.radiance_factor(clock),
+            None => {
+                log.counters.inside_horizon += 1;
+                SampledSpectrum::ZERO
+            }
         }
-        // Transports know the observer at the scene's camera only: it receives the same light at other wavelengths.
-        let lambda = SampledWavelengths { lambda_nm: self.lambda.at(clock as f32), ..self.lambda };
-        let radiance = job.transport.radiance(job.scene, self.ray, &lambda, &mut self.stream, log);
-        radiance * job.scene.radiance_factor(clock)
     }
 }

@@ -1,7 +1,7 @@
 //! `bhs trace`: single rays, or pairs of points to connect, in; one JSON object a line out. For people and for checks from outside.
 
 use anyhow::{Context, Result, bail};
-use bhs_core::integrator::{Arrival, Connections, Ray};
+use bhs_core::integrator::{Arrival, Connections, Ray, Sight};
 use bhs_core::scene::Scene;
 use bhs_core::stats::TraceLog;
 use glam::DVec3;
@@ -110,8 +110,8 @@ fn connection_answer(scene: &Scene, connections: &dyn Connections, pair: &[DVec3
                 json.push(',');
             }
             // From the very points: if they lie on surfaces, those do not block.
-            let start = Ray::new(x, c.launch);
-            let visible = connections.visible(&scene.world, &start, x, y, &c, &mut TraceLog::default());
+            let sight = Sight { start: Ray::new(x, c.launch), from: x, to: y, connection: c };
+            let visible = connections.visible(&scene.world, &sight, &mut TraceLog::default());
             let _ = write!(json, "{{\"image\":{},\"phi\":{:.16e},\"launch\":", 2 * turn as usize + side, c.phi);
             push_vector(&mut json, c.launch);
             json += ",\"arrival\":";

@@ -4,7 +4,7 @@ mod common;
 
 use bhs::lang::BuiltScene;
 use bhs_core::geometry::{Geometry, sample_triangle, triangle_area};
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::integrator::{Arrival, Ray, Sight};
 use bhs_core::sampling::mix64;
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::TraceLog;
@@ -103,7 +103,8 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
                     for c in connections.connect(&scene.world, x, light.point, turn).into_iter().flatten() {
                         let cos = observer.frame.local_direction(c.launch).dot(local_normal);
                         let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-                        if connections.visible(&scene.world, &start, x, light.point, &c, &mut log) {
+                        let sight = Sight { start, from: x, to: light.point, connection: c };
+                        if connections.visible(&scene.world, &sight, &mut log) {
                             let arriving = scene.arriving(&light, &c, &observer, &lambda);
                             irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
                         }

@@ -186,7 +186,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
                 for c in scene.connect(connections, x, &light, 0).into_iter().flatten() {
                     let cos = observer.frame.local_direction(c.launch).dot(local_normal);
                     let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-                    if scene.visible(connections, &start, x, &light, &c, &mut log) {
+                    if scene.integrator.escapes(&scene.world, &start, &mut log) {
                         let arriving = scene.arriving(&light, &c, &observer, &lambda);
                         let irradiance = f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
                         let area = bhs_core::geometry::triangle_area(mesh.corners(triangle)) * observer.frame.area_factor(normal)

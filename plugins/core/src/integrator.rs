@@ -53,6 +53,28 @@ pub enum Arrival {
     OutOfSteps,
 }
 
+/// What became of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Traced {
+    /// Where it ended.
+    pub arrival: Arrival,
+    /// Angle that it swept around the hole (rad); 0 for a straight ray.
+    pub phi: f64,
+}
+
+/// A question of light sampling: whether anything stands between two points on a geodesic that joins them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// The ray that leaves `from` along the geodesic, moved off the surface there.
+    pub start: Ray,
+    /// Where the geodesic begins, maybe on a surface.
+    pub from: DVec3,
+    /// Where it ends, maybe on a surface.
+    pub to: DVec3,
+    /// The geodesic.
+    pub connection: Connection,
+}
+
 /// A geodesic that joins two points `x` and `y`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connection {
@@ -91,15 +113,30 @@ pub trait Connections: Send + Sync {
     /// (rad) and had the direction `direction`: what [`Connections::connect_sky`] says of the same one. `None` if it does not offer that
     /// one.
     fn spread_sky(&self, world: &World, x: DVec3, launch: DVec3, direction: DVec3, phi: f64) -> Option<f64>;
-    /// Whether nothing stands between `x` and `y` (which may lie on surfaces themselves) on `connection`; `start` is the
-    /// ray that leaves `x` along it, moved off the surface there.
-    fn visible(&self, world: &World, start: &Ray, x: DVec3, y: DVec3, connection: &Connection, log: &mut TraceLog) -> bool;
+    /// Whether nothing stands in the way.
+    fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool;
+    /// The same for each of `sights`, written to the places of `visible`: for integrators that look along several faster than along one after
+    /// the other.
+    fn visible_all(&self, world: &World, sights: &[Sight], visible: &mut [bool], log: &mut TraceLog) {
+        for (sight, visible) in sights.iter().zip(visible) {
+            *visible = self.visible(world, sight, log);
+        }
+    }
 }
 
 /// Follows light. One implementation, one plugin; any of them works in any scene.
 pub trait Integrator: Send + Sync {
     /// Follows `ray` to where it ends.
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival;
+
+    /// Follows each of `rays` and writes what became of it to its place in `traced`: for integrators that follow several rays faster than one
+    /// after the other. What becomes of a ray does not depend on the others.
+    fn trace_all(&self, world: &World, rays: &[Ray], traced: &mut [Traced], log: &mut TraceLog) {
+        for (ray, traced) in rays.iter().zip(traced) {
+            let arrival = self.trace(world, ray, log);
+            *traced = Traced { arrival, phi: log.phi };
+        }
+    }
 
     /// Whether `ray` leaves the scene. Counts the questions to the intersector, but no geodesic: it is part of a path's own.
     fn escapes(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> bool {

@@ -2,12 +2,11 @@
 
 use crate::blackhole::Observer;
 use crate::geometry::{Geometry, sample_triangle, triangle_area};
-use crate::integrator::{Connection, ConnectionPair, Connections, Ray};
+use crate::integrator::{Connection, ConnectionPair, Connections};
 use crate::light::{AreaLight, Emission};
 use crate::sampling::Discrete;
 use crate::scene::{Scene, Vertex};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::stats::TraceLog;
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
 
@@ -154,23 +153,6 @@ impl Scene {
         match sample.source {
             LightSource::Sky { .. } => connections.connect_sky(&self.world, x, sample.point, turn),
             _ => connections.connect(&self.world, x, sample.point, turn),
-        }
-    }
-
-    /// Whether nothing stands between `x` and the light sample on `connection`; `start` is the ray that leaves `x` along it.
-    #[inline]
-    pub fn visible(
-        &self,
-        connections: &dyn Connections,
-        start: &Ray,
-        x: DVec3,
-        sample: &LightSample,
-        connection: &Connection,
-        log: &mut TraceLog,
-    ) -> bool {
-        match sample.source {
-            LightSource::Sky { .. } => self.integrator.escapes(&self.world, start, log),
-            _ => connections.visible(&self.world, start, x, sample.point, connection, log),
         }
     }
 

@@ -17,6 +17,7 @@ pub trait Sampler: Send + Sync {
 }
 
 /// The numbers of one sample of one pixel, in the order in which they are asked for.
+#[derive(Clone)]
 pub struct SampleStream<'a> {
     sampler: &'a dyn Sampler,
     pixel: [u32; 2],

@@ -6,6 +6,21 @@ use crate::scene::Scene;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stats::TraceLog;
 
+/// A path of light to be followed: what it begins with, and what it finds.
+pub struct PathSample<'a> {
+    /// What the camera sees along (chart).
+    pub ray: Ray,
+    /// Wavelengths at the camera.
+    pub lambda: SampledWavelengths,
+    /// Where its random numbers come from.
+    pub stream: SampleStream<'a>,
+    /// Spectral radiance seen: written by the transport.
+    pub radiance: SampledSpectrum,
+}
+
+/// Paths that are followed together at most.
+pub const BATCH: usize = 64;
+
 /// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.
 pub trait LightTransport: Send + Sync {
     /// Spectral radiance seen by the camera along `ray` (chart), at the wavelengths `lambda` of the camera. What only the first of them
@@ -18,6 +33,14 @@ pub trait LightTransport: Send + Sync {
         stream: &mut SampleStream,
         log: &mut TraceLog,
     ) -> SampledSpectrum;
+
+    /// The same for each of `paths`, with its own ray, wavelengths and numbers; the result is its `radiance`. For transports that follow several
+    /// paths faster than one after the other. What a path finds does not depend on the others.
+    fn radiance_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
+        for path in paths {
+            path.radiance = self.radiance(scene, path.ray, &path.lambda, &mut path.stream, log);
+        }
+    }
 
     /// Whether it aims at lights: one that does not cannot find a light that shines from a point.
     fn samples_lights(&self) -> bool {

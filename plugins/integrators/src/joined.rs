@@ -12,7 +12,7 @@ use crate::orbit::{Dense, Fate, OrbitPlane, Stepper};
 use crate::straight::Straight;
 use crate::taylor::TaylorOrbit;
 use bhs_core::blackhole::BlackHole;
-use bhs_core::integrator::{Connection, ConnectionPair, Connections, Ray};
+use bhs_core::integrator::{ConnectionPair, Connections, Sight};
 use bhs_core::params::Params;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
@@ -87,9 +87,10 @@ impl Connections for Joined {
         }
     }
 
-    fn visible(&self, world: &World, start: &Ray, x: DVec3, y: DVec3, connection: &Connection, log: &mut TraceLog) -> bool {
+    fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
+        let Sight { start, from: x, to: y, connection } = *sight;
         let Some(hole) = hole(world).filter(|_| connection.phi > 0.0) else {
-            return Straight.visible(world, start, x, y, connection, log);
+            return Straight.visible(world, sight, log);
         };
         let (plane, state) = OrbitPlane::of_ray(hole.center, x, connection.launch);
         let chord = match self.chord {

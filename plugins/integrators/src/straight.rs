@@ -12,7 +12,7 @@
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Integrator, Ray, SurfaceHit};
+use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Integrator, Ray, Sight, SurfaceHit};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
@@ -92,9 +92,10 @@ impl Connections for Straight {
         Some(1.0)
     }
 
-    fn visible(&self, world: &World, start: &Ray, _: DVec3, y: DVec3, _: &Connection, log: &mut TraceLog) -> bool {
+    fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
         log.counters.queries += 1;
-        let segment = Segment { origin: start.origin, direction: y - start.origin, t_min: 0.0, t_max: SHADOW_END };
+        let origin = sight.start.origin;
+        let segment = Segment { origin, direction: sight.to - origin, t_min: 0.0, t_max: SHADOW_END };
         !world.intersector.blocked(&segment)
     }
 }

@@ -1,5 +1,6 @@
 //! Light transport. One file, one plugin.
 
+mod aimed;
 mod hemisphere;
 mod normals;
 mod path;
@@ -12,5 +13,5 @@ pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, normals::PL
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: []);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["aimed"]);
 }
