@@ -6,7 +6,9 @@
 
 use crate::clearance_instances::Objects;
 use crate::geometry::{Aabb, Geometry, TriangleMesh};
+use crate::lanes::{Lanes, Vectors, none, pick};
 use glam::{DVec3, UVec3};
+use wide::i32x8;
 
 /// Lower bounds of the distance to all surfaces.
 pub struct Clearance {
@@ -85,11 +87,6 @@ impl Clearance {
         Some(Some(grid))
     }
 
-    /// Side of a cell (scene units).
-    pub(crate) fn cell(&self) -> f64 {
-        self.cell
-    }
-
     /// The middles of the marked cells.
     pub(crate) fn marked_cells(&self) -> impl Iterator<Item = DVec3> + '_ {
         let [nx, ny, _] = self.size.to_array().map(|n| n as usize);
@@ -114,12 +111,44 @@ impl Clearance {
         f64::from(steps.saturating_sub(1)) * self.cell
     }
 
-    /// [`Clearance::at`] a point outside of the grid.
-    #[cold]
+    /// [`Clearance::at`] several points.
+    #[inline]
+    pub fn at_each(&self, points: Vectors) -> Lanes {
+        let c = Lanes::splat;
+        let zero = none();
+        let Aabb { min, max } = self.bounds;
+        let clamp = |at: Lanes, min: f64, max: f64| at.fast_max(c(min)).fast_min(c(max));
+        let nearest =
+            Vectors { x: clamp(points.x, min.x, max.x), y: clamp(points.y, min.y, max.y), z: clamp(points.z, min.z, max.z) };
+        let p = (nearest - Vectors::all(min)) * c(self.per_cell);
+        let cell = |p: Lanes, cells: f64| p.floor().fast_min(c(cells - 1.0));
+        let row = cell(p.z, self.cells.z).mul_add(c(self.cells.y), cell(p.y, self.cells.y));
+        // Adding this leaves a whole number in the lowest bits.
+        const WHOLE: f64 = (1u64 << 52) as f64;
+        let index = (row.mul_add(c(self.cells.x), cell(p.x, self.cells.x)) + c(WHOLE)).to_array();
+        let steps = index.map(|i| i32::from(self.steps.get(i.to_bits() as u32 as usize).copied().unwrap_or(0)));
+        let distance = (Lanes::from(i32x8::from(steps)) - c(1.0)).fast_max(zero) * c(self.cell);
+        let away = (points - nearest).length_squared().sqrt();
+        // Of what is not a number, nothing is known.
+        pick(away.is_finite(), away.fast_max(distance - away), zero)
+    }
+
+    /// [`Clearance::at`] a point outside of the grid: what is known by its distance, or by the nearest point within.
     fn outside(&self, point: DVec3) -> f64 {
-        let away = (self.bounds.min - point).max(point - self.bounds.max).max(DVec3::ZERO);
+        let nearest = point.clamp(self.bounds.min, self.bounds.max);
+        let away = point.distance(nearest);
         // Not a number: nothing is known.
-        if away.is_finite() { away.length() } else { 0.0 }
+        if !away.is_finite() {
+            return 0.0;
+        }
+        let cell = ((nearest - self.min) * self.per_cell).floor().min(self.cells - 1.0);
+        let steps = self.steps[self.index(cell.as_uvec3())];
+        away.max(f64::from(steps.saturating_sub(1)) * self.cell - away)
+    }
+
+    /// Side of a cell (scene units).
+    pub fn cell(&self) -> f64 {
+        self.cell
     }
 
     fn index(&self, c: UVec3) -> usize {
@@ -252,6 +281,7 @@ mod tests {
                 let p = point(i, 7 + case) * 2.0;
                 let truth = triangles.iter().map(|t| distance(p, *t)).fold(f64::INFINITY, f64::min);
                 let said = grid.at(p);
+                assert_eq!(grid.at_each(Vectors::all(p)).to_array()[0], said, "case {case}: {p}");
                 // The net's points are up to some hundredths of an edge apart.
                 assert!(said <= truth, "case {case}: {p} is {truth} from a surface, not {said}");
                 free += u32::from(grid.bounds.clip(p, DVec3::X, 0.0, 0.0).is_some() && said > 0.0);

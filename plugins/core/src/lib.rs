@@ -19,6 +19,7 @@ pub mod image;
 pub mod instance;
 pub mod integrator;
 pub mod intersector;
+pub mod lanes;
 pub mod layer;
 pub mod light;
 pub mod light_sampling;

@@ -22,25 +22,25 @@ use glam::{DVec2, DVec3};
 
 /// How far a chord reaches beyond its ends, relative to the coordinates there: neighbouring chords overlap by more than
 /// single precision can tear them apart. Also how far beside its facet a hit may lie, for the same reason.
-const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
+pub(crate) const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
 
 /// How many times a chord is split at most: then what it meets counts, wrong by no more than the gap between chord and orbit.
-const SPLITS: u32 = 6;
+pub(crate) const SPLITS: u32 = 6;
 
 /// How far behind a surface a chord is split, relative to its angle.
 const JOINT: f64 = 1e-3;
 
 /// Free space is passed over if that gets on by as much as this share of a chord.
-const WORTHWHILE: f64 = 0.5;
+pub(crate) const WORTHWHILE: f64 = 0.5;
 
 /// How far outside of the sphere around all geometry the chord that leaves it may end: least radius over distance.
-const NEARBY: f64 = 0.125;
+pub(crate) const NEARBY: f64 = 0.125;
 
 /// Far more than the rounding of a length, relative to it.
-const ROUNDING: f64 = 1e-6;
+pub(crate) const ROUNDING: f64 = 1e-6;
 
 /// Longest chord, in radians, however much it may stray.
-const LONGEST: f64 = 1.0;
+pub(crate) const LONGEST: f64 = 1.5;
 
 /// The angle of a chord that strays from its orbit by no more than `distance`, in radians.
 ///
@@ -66,11 +66,11 @@ pub struct Place {
 
 /// The stretch between two places of an orbit.
 #[derive(Clone, Copy)]
-struct Span {
-    from: Place,
-    to: Place,
+pub(crate) struct Span {
+    pub from: Place,
+    pub to: Place,
     /// The chord before it; `None` if it begins where the ray does, maybe just off a surface.
-    before: Option<DVec3>,
+    pub before: Option<DVec3>,
 }
 
 /// The chords of one orbit through one world.
@@ -94,17 +94,31 @@ pub struct Chords<'w> {
 impl<'w> Chords<'w> {
     /// The chords, of at most the angle `angle`, of the orbit in `plane` that begins at `origin` with the state `start`.
     pub fn new(world: &'w World, hole: &BlackHole, plane: OrbitPlane, origin: DVec3, start: &State, angle: f64) -> Self {
+        let last = Place { phi: start.phi, u: start.u, point: origin };
+        Self { begin: start.phi, ..Self::on(world, hole.rs, plane, angle, last, None) }
+    }
+
+    /// The chords of an orbit around a hole of radius `rs` that began at the angle 0, from `last` on, which the chord `before` led to unless
+    /// the ray begins there.
+    pub(crate) fn on(
+        world: &'w World,
+        rs: f64,
+        plane: OrbitPlane,
+        angle: f64,
+        last: Place,
+        before: Option<DVec3>,
+    ) -> Self {
         let World { margin, reach, .. } = *world;
         Self {
             world,
             plane,
-            rs: hole.rs,
+            rs,
             angle,
             bounds: world.bounds.grown(margin),
             u_bound: if reach > 0.0 { 1.0 / (reach + margin) } else { f64::INFINITY },
-            begin: start.phi,
-            last: Place { phi: start.phi, u: start.u, point: origin },
-            before: None,
+            begin: 0.0,
+            last,
+            before,
         }
     }
 
@@ -216,7 +230,7 @@ impl<'w> Chords<'w> {
 
     /// A place between `from`, within the sphere around all geometry, and `to`, far outside of it or beyond infinity: outside, but
     /// not far.
-    fn nearby<D: Dense>(&self, step: &D, from: &Place, to: Place) -> Place {
+    pub(crate) fn nearby<D: Dense>(&self, step: &D, from: &Place, to: Place) -> Place {
         let (mut inside, mut outside) = (*from, to);
         // Where a straight line would have it, and half way there if the orbit does not.
         for attempt in 0..60 {
@@ -255,12 +269,25 @@ impl<'w> Chords<'w> {
         log.counters.queries += 1;
         let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
         let hit = self.world.intersector.closest(&segment)?;
-        if let Some(found) = self.plain_hit(step, span, &segment, enter, &hit, log) {
-            return Some(found);
-        }
+        self.plain_hit(step, span, &segment, enter, &hit, log)
+            .or_else(|| self.settle(step, span, (&segment, enter, &hit), splits, log))
+    }
 
-        let located = self.world.locate(&segment, &hit);
-        if enter + located.t < 0.0 && self.turns_away(span, way, &hit, &located) {
+    /// The same when it is known already that the chord of `span` meets something, which is not as most hits are: `hit`, on its part `segment`,
+    /// which begins at its parameter `enter`.
+    pub(crate) fn settle<D: Dense>(
+        &self,
+        step: &D,
+        span: &Span,
+        (segment, enter, hit): (&Segment, f64, &PrimitiveHit),
+        splits: u32,
+        log: &mut TraceLog,
+    ) -> Option<SurfaceHit> {
+        let from = span.from.point;
+        let way = segment.direction;
+        let length = way.length();
+        let located = self.world.locate(segment, hit);
+        if enter + located.t < 0.0 && self.turns_away(span, way, hit, &located) {
             return self.search(step, &Span { before: None, ..*span }, splits, log);
         }
         let guess = self.angle_of(span, located.point);
@@ -292,13 +319,13 @@ impl<'w> Chords<'w> {
         }
         if met.is_none()
             && span.before.is_none()
-            && let Some(after) = self.rises_again(step, span, &hit, &segment, &located)
+            && let Some(after) = self.rises_again(step, span, hit, segment, &located)
         {
             return self.search(step, &Span { from: after, before: None, ..*span }, 0, log);
         }
         let on_chord =
             || Meeting { orbit: step.polar(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
-        Some(self.arrive(&met.unwrap_or_else(on_chord), &hit, &located, way / length, log))
+        Some(self.arrive(&met.unwrap_or_else(on_chord), hit, &located, way / length, log))
     }
 
     /// The hit of a chord on a facet, if it is as most are: ahead of where the chord begins, near to where the orbit meets the facet itself.

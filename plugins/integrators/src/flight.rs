@@ -127,14 +127,14 @@ impl Tolerance {
         }
     }
 
-    /// The largest angle of a chord, if it may take up `share` of the tolerance, in radians.
-    pub fn chord(self, flight: &Flight, share: f64) -> f64 {
-        chord_angle(flight.hole.rs, share * self.distance(flight.world, flight.ray.footprint))
+    /// The largest angle of a chord of a ray of the given footprint around `hole`, if it may take up `share` of the tolerance, in radians.
+    pub fn chord(self, world: &World, hole: &BlackHole, footprint: f64, share: f64) -> f64 {
+        chord_angle(hole.rs, share * self.distance(world, footprint))
     }
 
     /// Relative error of the orbit: `share` of the tolerance over the distance from the hole to the farthest surface, or less.
-    pub fn relative(self, flight: &Flight, share: f64) -> f64 {
-        let reach = flight.world.reach;
-        if reach > 0.0 { (share * self.distance(flight.world, flight.ray.footprint) / reach).min(ORBIT_ERROR) } else { SKY_ERROR }
+    pub fn relative(self, world: &World, footprint: f64, share: f64) -> f64 {
+        let reach = world.reach;
+        if reach > 0.0 { (share * self.distance(world, footprint) / reach).min(ORBIT_ERROR) } else { SKY_ERROR }
     }
 }

@@ -8,11 +8,14 @@ use crate::chords::{Chords, chord_angle};
 use crate::connect::{MOST_IMAGES, connect_pair, spread_of};
 use crate::connect_sky::{connect_sky, spread_sky};
 use crate::flight::Tolerance;
+use bhs_core::lanes::LANES;
 use crate::orbit::{Dense, Fate, OrbitPlane, Stepper};
+use crate::packet::{Course, End, follow};
 use crate::straight::Straight;
 use crate::taylor::TaylorOrbit;
+use arrayvec::ArrayVec;
 use bhs_core::blackhole::BlackHole;
-use bhs_core::integrator::{ConnectionPair, Connections, Sight};
+use bhs_core::integrator::{ConnectionPair, Connections, Sight, SurfaceHit};
 use bhs_core::params::Params;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
@@ -92,28 +95,70 @@ impl Connections for Joined {
         let Some(hole) = hole(world).filter(|_| connection.phi > 0.0) else {
             return Straight.visible(world, sight, log);
         };
+        let course = self.course(world, hole, sight);
         let (plane, state) = OrbitPlane::of_ray(hole.center, x, connection.launch);
-        let chord = match self.chord {
-            Chord::Angle(angle) => angle,
-            Chord::Tolerance(t) => chord_angle(hole.rs, t.distance(world, start.footprint)),
-        };
-        let mut chords = Chords::new(world, hole, plane, start.origin, &state, chord);
-        let mut orbit = TaylorOrbit::new(hole.rs, state, ORBIT_ERROR);
-        // The last chord ends just before y: by d phi/d s = sin(beta)/r.
-        let from_center = y - hole.center;
-        let (r, close) = (from_center.length(), SHADOW_END * y.abs().max_element().max(x.abs().max_element()));
-        let sin = connection.arrival.cross(from_center).length() / r;
-        let end = connection.phi - close * sin / r;
+        let mut chords = Chords::new(world, hole, plane, start.origin, &state, course.chord);
+        let mut orbit = TaylorOrbit::new(hole.rs, state, course.error);
         loop {
             let (step, fate) = orbit.advance();
-            let done = step.end().phi >= end || fate != Fate::Underway;
-            let step = if step.end().phi > end { step.until(step.at(end)) } else { step };
+            let done = step.end().phi >= course.end || fate != Fate::Underway;
+            let step = if step.end().phi > course.end { step.until(step.at(course.end)) } else { step };
             if let Some(hit) = chords.meet(&step, log) {
-                return (hit.point - y).length() <= 4.0 * close;
+                return is_end(&hit, x, y);
             }
             if done {
                 return true;
             }
         }
+    }
+
+    fn visible_all(&self, world: &World, sights: &[Sight], visible: &mut [bool], log: &mut TraceLog) {
+        for (sights, visible) in sights.chunks(LANES).zip(visible.chunks_mut(LANES)) {
+            let Some(hole) = hole(world).filter(|_| sights.iter().all(|s| s.connection.phi > 0.0)) else {
+                for (sight, visible) in sights.iter().zip(visible) {
+                    *visible = self.visible(world, sight, log);
+                }
+                continue;
+            };
+            let courses: ArrayVec<Course, LANES> = sights.iter().map(|s| self.course(world, hole, s)).collect();
+            // What is counted of rays is not counted of these.
+            let counters = log.counters;
+            let ends = follow(world, hole, &courses, u64::MAX, log);
+            (log.counters.hit, log.counters.steps) = (counters.hit, counters.steps);
+            for ((sight, visible), (end, _)) in sights.iter().zip(visible).zip(ends) {
+                *visible = match end {
+                    End::Surface(hit) => is_end(&hit, sight.from, sight.to),
+                    End::Odd => self.visible(world, sight, log),
+                    End::There | End::Sky(_) | End::Hole | End::OutOfSteps => true,
+                };
+            }
+        }
+    }
+}
+
+/// Distance from the end within which a surface may be met that does not block a connection between `x` and `y` (scene units).
+fn close(x: DVec3, y: DVec3) -> f64 {
+    SHADOW_END * y.abs().max_element().max(x.abs().max_element())
+}
+
+/// Whether what was met on the way from `x` to `y` is where it ends.
+fn is_end(hit: &SurfaceHit, x: DVec3, y: DVec3) -> bool {
+    (hit.point - y).length() <= 4.0 * close(x, y)
+}
+
+impl Joined {
+    /// What is followed to find out what stands in the way.
+    fn course(&self, world: &World, hole: &BlackHole, sight: &Sight) -> Course {
+        let Sight { start, from, to, connection } = *sight;
+        let chord = match self.chord {
+            Chord::Angle(angle) => angle,
+            Chord::Tolerance(t) => chord_angle(hole.rs, t.distance(world, start.footprint)),
+        };
+        // The last chord ends just before `to`: by d phi/d s = sin(beta)/r.
+        let from_center = to - hole.center;
+        let r = from_center.length();
+        let sin = connection.arrival.cross(from_center).length() / r;
+        let end = connection.phi - close(from, to) * sin / r;
+        Course { from, direction: connection.launch, origin: start.origin, chord, error: ORBIT_ERROR, end }
     }
 }

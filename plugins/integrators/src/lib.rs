@@ -15,6 +15,9 @@ pub mod flight;
 pub mod joined;
 mod micro_steps;
 pub mod orbit;
+mod packet;
+mod packet_hits;
+mod packet_orbit;
 mod polynomial;
 pub mod refine;
 mod schwarzschild_adaptive;
@@ -38,6 +41,6 @@ pub const ALL: &[Plugin<dyn Integrator>] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_sky", "connect_solve", "double", "flight", "joined", "micro_steps", "orbit", "polynomial",
+        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_sky", "connect_solve", "double", "flight", "joined", "micro_steps", "orbit", "packet", "packet_hits", "packet_orbit", "polynomial",
             "refine", "taylor"]);
 }

@@ -212,7 +212,7 @@ pub trait Dense: Copy {
 
 /// How far a step may overshoot the end of the orbit, relative to the distance to it if u' stayed as it is. A near-radial ray
 /// reaches the horizon or infinity within far less than a fixed angle, and must not be thrown to u = 1e12 by it.
-const OVERSHOOT: f64 = 1.5;
+pub(crate) const OVERSHOOT: f64 = 1.5;
 
 /// The angle `step`, or less where the orbit ends before, in radians.
 pub fn room(rs: f64, s: &State, step: f64) -> f64 {

@@ -1,31 +1,67 @@
 //! Polynomials, sines and cosines for the inner loops of orbits: short independent chains of operations, which a processor runs
 //! side by side, and fused multiply-adds where it has them.
 
+use std::ops::{Add, Mul, Sub};
+use wide::f64x8;
+
 /// Number of coefficients of an orbit's Taylor series.
 pub const TERMS: usize = 16;
 
-/// `a b + c`, rounded once where the processor can; without an instruction for it that would cost a call.
+/// A number, or several side by side that the same operations apply to.
+pub trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// The number `x`, or so many of it.
+    fn all(x: f64) -> Self;
+
+    /// `self b + c`, rounded once where the processor can; without an instruction for it that would cost a call.
+    fn fma(self, b: Self, c: Self) -> Self;
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn all(x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { self.mul_add(b, c) } else { self * b + c }
+    }
+}
+
+impl Real for f64x8 {
+    #[inline(always)]
+    fn all(x: f64) -> Self {
+        Self::splat(x)
+    }
+
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        self.mul_add(b, c)
+    }
+}
+
+/// `a b + c`: see [`Real::fma`].
 #[inline(always)]
-pub fn fma(a: f64, b: f64, c: f64) -> f64 {
-    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
+pub fn fma<F: Real>(a: F, b: F, c: F) -> F {
+    a.fma(b, c)
 }
 
 /// `x` to the powers 1, 2 and 4.
 #[inline(always)]
-fn powers(t: f64) -> (f64, f64, f64) {
+fn powers<F: Real>(t: F) -> (F, F, F) {
     let tt = t * t;
     (t, tt, tt * tt)
 }
 
 /// Four chains of powers of t^4 joined: `a[0] + a[1] t + a[2] t^2 + a[3] t^3`.
 #[inline(always)]
-fn join(a: [f64; 4], (t, tt, _): (f64, f64, f64)) -> f64 {
+fn join<F: Real>(a: [F; 4], (t, tt, _): (F, F, F)) -> F {
     fma(tt, fma(t, a[3], a[2]), fma(t, a[1], a[0]))
 }
 
 /// `c[0] + c[1] t + c[2] t^2 + ...`
 #[inline(always)]
-pub fn value(c: &[f64; TERMS], t: f64) -> f64 {
+pub fn value<F: Real>(c: &[F; TERMS], t: F) -> F {
     let p = powers(t);
     let mut a = [c[12], c[13], c[14], c[15]];
     for row in [8, 4, 0] {
@@ -38,13 +74,13 @@ pub fn value(c: &[f64; TERMS], t: f64) -> f64 {
 
 /// `c[0] + c[1] t + c[2] t^2 + ...` and its derivative.
 #[inline(always)]
-pub fn value_and_slope(c: &[f64; TERMS], t: f64) -> (f64, f64) {
+pub fn value_and_slope<F: Real>(c: &[F; TERMS], t: F) -> (F, F) {
     let p = powers(t);
-    let mut a = [13.0 * c[13], 14.0 * c[14], 15.0 * c[15], 0.0];
+    let mut a = [F::all(13.0) * c[13], F::all(14.0) * c[14], F::all(15.0) * c[15], F::all(0.0)];
     for row in [8, 4, 0] {
         for i in 0..4 {
             let n = row + i + 1;
-            a[i] = fma(a[i], p.2, n as f64 * c[n]);
+            a[i] = fma(a[i], p.2, F::all(n as f64) * c[n]);
         }
     }
     (value(c, t), join(a, p))
@@ -69,27 +105,30 @@ const COS_SIN: [[f64; 4]; 6] = {
 
 /// Cosine and sine of an angle of at most [`LARGEST_ANGLE`] either way (rad), to a few 1e-16: their power series.
 #[inline(always)]
-pub fn cos_sin(x: f64) -> (f64, f64) {
+pub fn cos_sin<F: Real>(x: F) -> (F, F) {
     let (x, xx, x4) = powers(x);
-    let mut a = COS_SIN[5];
+    let mut a = COS_SIN[5].map(F::all);
     for row in [4, 3, 2, 1, 0] {
         for i in 0..4 {
-            a[i] = fma(a[i], x4, COS_SIN[row][i]);
+            a[i] = fma(a[i], x4, F::all(COS_SIN[row][i]));
         }
     }
     (fma(xx, a[1], a[0]), x * fma(xx, a[3], a[2]))
+}
+
+/// The arc tangent of `q`, to some 1e-8, for |q| < 0.25.
+#[inline(always)]
+pub fn small_arc_tangent<F: Real>(q: F) -> F {
+    let qq = q * q;
+    let c = |x: f64| F::all(x);
+    q * fma(qq, fma(qq, fma(qq, fma(qq, c(1.0 / 9.0), c(-1.0 / 7.0)), c(0.2)), c(-1.0 / 3.0)), c(1.0))
 }
 
 /// The angle of the point (x, y), as `y.atan2(x)`: without a call, and to some 1e-8 only, for the small angles that chords sweep.
 #[inline(always)]
 pub fn small_angle(y: f64, x: f64) -> f64 {
     let q = y / x;
-    if q.abs() < 0.25 && x > 0.0 {
-        let qq = q * q;
-        q * fma(qq, fma(qq, fma(qq, fma(qq, 1.0 / 9.0, -1.0 / 7.0), 0.2), -1.0 / 3.0), 1.0)
-    } else {
-        y.atan2(x)
-    }
+    if q.abs() < 0.25 && x > 0.0 { small_arc_tangent(q) } else { y.atan2(x) }
 }
 
 #[cfg(test)]

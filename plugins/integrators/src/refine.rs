@@ -47,7 +47,7 @@ impl Facet {
 }
 
 /// A correction by Halley's method, whose error is of the third order, is the last one if it is smaller than this share of the chord.
-const SMALL: f64 = 1e-4;
+pub(crate) const SMALL: f64 = 1e-4;
 
 /// Where an orbit around a hole of radius `rs` meets the plane of a facet that the chord between the places `ends` crosses: the root of
 /// `n.e_r(phi) - u(phi) n.(a - center)`, u times the distance from the plane, near `guess`; and the nearest point of the facet.

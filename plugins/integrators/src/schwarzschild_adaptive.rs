@@ -18,10 +18,13 @@
 
 use crate::flight::{Flight, Tolerance, static_observer};
 use crate::joined::{Chord, Joined, read_turns};
+use bhs_core::lanes::LANES;
+use crate::packet::{Course, End, follow};
 use crate::taylor::TaylorOrbit;
+use arrayvec::ArrayVec;
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
+use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
 use bhs_core::params::Params;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
@@ -64,9 +67,70 @@ impl Integrator for Adaptive {
             Ok(flight) => flight,
             Err(arrival) => return arrival,
         };
-        let orbit = TaylorOrbit::new(flight.hole.rs, flight.start, self.tolerance.relative(&flight, INTEGRATION));
-        let chord = self.tolerance.chord(&flight, 1.0 - INTEGRATION);
+        let orbit = TaylorOrbit::new(flight.hole.rs, flight.start, self.tolerance.relative(world, ray.footprint, INTEGRATION));
+        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, 1.0 - INTEGRATION);
         flight.follow(orbit, chord, self.max_steps, log)
+    }
+
+    fn trace_all(&self, world: &World, rays: &[Ray], traced: &mut [Traced], log: &mut TraceLog) {
+        let one = |ray: &Ray, log: &mut TraceLog| {
+            let arrival = self.trace(world, ray, log);
+            Traced { arrival, phi: log.phi }
+        };
+        let hole = world.hole.as_ref().filter(|h| h.rs > 0.0 && log.polyline.is_none());
+        let Some(hole) = hole else {
+            for (ray, traced) in rays.iter().zip(traced) {
+                *traced = one(ray, log);
+            }
+            return;
+        };
+        // Neighbours mostly have the same footprint.
+        let mut known = None;
+        let mut precision = |footprint: f64| match known {
+            Some((of, chord, error)) if of == footprint => (chord, error),
+            _ => {
+                let chord = self.tolerance.chord(world, hole, footprint, 1.0 - INTEGRATION);
+                let error = self.tolerance.relative(world, footprint, INTEGRATION);
+                known = Some((footprint, chord, error));
+                (chord, error)
+            }
+        };
+        for (rays, traced) in rays.chunks(LANES).zip(traced.chunks_mut(LANES)) {
+            let courses: ArrayVec<Course, LANES> = rays
+                .iter()
+                .map(|ray| {
+                    let (chord, error) = precision(ray.footprint);
+                    let Ray { origin, direction, .. } = *ray;
+                    Course { from: origin, direction, origin, chord, error, end: f64::INFINITY }
+                })
+                .collect();
+            let ends = follow(world, hole, &courses, self.max_steps, log);
+            for ((ray, traced), (end, phi)) in rays.iter().zip(traced).zip(ends) {
+                let counters = &mut log.counters;
+                counters.geodesics += 1;
+                let arrival = match end {
+                    End::Surface(hit) => Arrival::Surface(hit),
+                    End::Sky(direction) => {
+                        counters.escaped += 1;
+                        Arrival::Sky(direction)
+                    }
+                    End::Hole => {
+                        counters.captured += 1;
+                        Arrival::Hole
+                    }
+                    End::There | End::OutOfSteps => {
+                        counters.out_of_steps += 1;
+                        Arrival::OutOfSteps
+                    }
+                    End::Odd => {
+                        counters.geodesics -= 1;
+                        *traced = one(ray, log);
+                        continue;
+                    }
+                };
+                *traced = Traced { arrival, phi };
+            }
+        }
     }
 
     fn observer(&self, world: &World, point: DVec3) -> Option<Observer> {

@@ -8,19 +8,19 @@
 //! package for the numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14).
 
 use crate::orbit::{Dense, Fate, Polar, State, Stepper, room};
-use crate::polynomial::{LARGEST_ANGLE, TERMS, cos_sin, fma, value, value_and_slope};
+use crate::polynomial::{LARGEST_ANGLE, Real, TERMS, cos_sin, fma, value, value_and_slope};
 
 // Number of coefficients: measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
 // geodesic takes the least time, 2 to 4 steps. (The pair of Dormand and Prince, order 5(4), with PI control took 1.4 times as
 // long at 1e-6, in 7 steps; 2.4 times at 1e-8, in 18; 6 times at 1e-10, in 43.)
 
 /// Longest step, in radians. A straight line sweeps 180 degrees; half of it keeps the ends of an orbit apart.
-const LONGEST: f64 = 1.5;
+pub(crate) const LONGEST: f64 = 1.5;
 
 const _: () = assert!(LONGEST < LARGEST_ANGLE);
 
 /// `LONGEST` to the power TERMS - 2.
-const LONGEST_POWER: f64 = {
+pub(crate) const LONGEST_POWER: f64 = {
     let (mut power, mut n) = (1.0, 0);
     while n < TERMS - 2 {
         power *= LONGEST;
@@ -56,7 +56,7 @@ impl TaylorOrbit {
 }
 
 /// Share of the error that one step may make: the last coefficients overestimate its error, later steps magnify it.
-const SAFETY: f64 = 0.4;
+pub(crate) const SAFETY: f64 = 0.4;
 
 /// A Taylor step: a polynomial in the angle since its start.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +73,13 @@ impl TaylorStep {
         let (cos, sin) = cos_sin(t);
         let Polar { cos: c0, sin: s0, .. } = self.start;
         (fma(c0, cos, -s0 * sin), fma(s0, cos, c0 * sin))
+    }
+}
+
+impl TaylorStep {
+    /// The step with the coefficients `c` from `start` to `end`.
+    pub(crate) fn from_parts(c: [f64; TERMS], start: Polar, end: State) -> Self {
+        Self { c, start, end }
     }
 }
 
@@ -113,16 +120,16 @@ impl Dense for TaylorStep {
 
 /// The Taylor coefficients of the orbit through (u, u').
 #[inline]
-fn coefficients(rs: f64, u: f64, du: f64) -> [f64; TERMS] {
-    let mut c = [0.0; TERMS];
+pub(crate) fn coefficients<F: Real>(rs: f64, u: F, du: F) -> [F; TERMS] {
+    let mut c = [F::all(0.0); TERMS];
     (c[0], c[1]) = (u, du);
     let bend = 3.0 * rs;
-    let first = fma(bend, u, -1.0);
+    let first = fma(F::all(bend), u, F::all(-1.0));
     // Spelled out, the sums have fixed lengths.
     macro_rules! next {
-        ($($n:literal)*) => { $( c[$n + 2] = next::<$n>(&c, bend, first); )* };
+        ($($n:literal)*) => { $( c[$n + 2] = next::<F, $n>(&c, bend, first); )* };
     }
-    c[2] = u * fma(0.5 * bend, u, -1.0) * 0.5;
+    c[2] = u * fma(F::all(0.5 * bend), u, F::all(-1.0)) * F::all(0.5);
     next!(1 2 3 4 5 6 7 8 9 10 11 12 13);
     c
 }
@@ -130,13 +137,27 @@ fn coefficients(rs: f64, u: f64, du: f64) -> [f64; TERMS] {
 /// Coefficient N + 2 from those before it, N > 0; `bend` is 3 rs, `first` is `bend c[0] - 1`. The newest of them, c[N], comes in last, so that
 /// nothing else waits for it.
 #[inline(always)]
-fn next<const N: usize>(c: &[f64; TERMS], bend: f64, first: f64) -> f64 {
-    let mut pairs = if N.is_multiple_of(2) { 0.5 * c[N / 2] * c[N / 2] } else { 0.0 };
+fn next<F: Real, const N: usize>(c: &[F; TERMS], bend: f64, first: F) -> F {
+    let mut pairs = if N.is_multiple_of(2) { F::all(0.5) * c[N / 2] * c[N / 2] } else { F::all(0.0) };
     for i in (1..N.div_ceil(2)).rev() {
         pairs = fma(c[i], c[N - i], pairs);
     }
     let inverse = 1.0 / ((N + 1) * (N + 2)) as f64;
-    fma(first * inverse, c[N], bend * inverse * pairs)
+    fma(first * F::all(inverse), c[N], F::all(bend * inverse) * pairs)
+}
+
+/// The root of `share`, between 1e-300 and [`LONGEST_POWER`], that belongs to the last coefficients: to 3 %, and rather too small.
+///
+/// A logarithm is the bits of a number, nearly; Newton's method does the rest.
+#[inline]
+pub(crate) fn root(share: f64) -> f64 {
+    const N: i64 = TERMS as i64 - 2;
+    const ONE: i64 = 1.0f64.to_bits() as i64;
+    let guess = f64::from_bits(((share.to_bits() as i64 - ONE) / N + ONE) as u64);
+    let square = guess * guess;
+    let fourth = square * square;
+    let power = fourth * fourth * fourth * square;
+    0.975 * (guess + guess * (share / power - 1.0) / N as f64)
 }
 
 impl Stepper for TaylorOrbit {
@@ -152,7 +173,7 @@ impl Stepper for TaylorOrbit {
         let last = pair(TERMS - 2) + 0.125 * pair(TERMS - 4);
         // Most steps may be the longest: the root, which costs as much as a fifth of the step, is not needed for that.
         let share = self.error / last;
-        let longest = if share >= LONGEST_POWER { LONGEST } else { share.powf(1.0 / (TERMS - 2) as f64) };
+        let longest = if share >= LONGEST_POWER { LONGEST } else { root(share) };
         let h = room(self.rs, &start, longest);
         let whole = TaylorStep { c, start: self.state, end: start };
         self.state = whole.polar(start.phi + h);
