@@ -73,6 +73,7 @@ const LONGEST_WAVE: u32 = 32;
 
 /// Renders `job` on the current rayon pool until it is done or `stop` is set.
 pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
+    let mut own = job.transport.for_render(job.scene);
     let frame = Framebuffer::new(job.film);
     let layers = LayerCollector::new(job.scene, job.film);
     let total = job.sampler.samples_per_pixel();
@@ -81,6 +82,7 @@ pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
     while done < total && !stop.load(Ordering::Relaxed) {
         let next = done + done.clamp(1, LONGEST_WAVE).min(total - done);
         progress.wave(done, total);
+        let job = &Job { transport: own.as_deref().unwrap_or(job.transport), ..*job };
         counters += frame
             .tiles
             .par_iter()
@@ -100,6 +102,9 @@ pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
             });
         if !stop.load(Ordering::Relaxed) {
             done = next;
+            if let Some(own) = &mut own {
+                own.end_wave();
+            }
         }
     }
     Rendered { frame, counters, samples: done, interrupted: done < total }

@@ -145,7 +145,9 @@ fn a_million_rays_do_not_leave_the_closed_cornell_box() {
 
 #[test]
 fn threads_do_not_change_a_byte() {
-    let text = room("", r#"BlackHole "schwarzschild" "point3 center" [0 0.8 0] "float rs" 0.1"#);
+    // Guided, so that what is learned is the same too.
+    let guided = r#"LightTransport "path" "bool guiding" true"#;
+    let text = room(guided, r#"BlackHole "schwarzschild" "point3 center" [0 0.8 0] "float rs" 0.1"#);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let built = common::build(&text);
@@ -160,6 +162,10 @@ fn threads_do_not_change_a_byte() {
     for threads in [2, 3, 7] {
         assert!(with(threads) == one, "{threads} threads");
     }
+    // A render leaves nothing behind in the scene.
+    let built = common::build(&text);
+    let [first, second] = [(), ()].map(|()| common::render(&built).frame.picture().data);
+    assert!(first == second);
 }
 
 #[test]

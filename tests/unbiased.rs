@@ -114,6 +114,20 @@ fn check(name: &str, text: &str, depth: u32, samples: [u32; 3]) {
     agree(name, ["path", "hemisphere"], &sampled, &uniform);
 }
 
+/// Directions that follow what was learned against those that materials choose: in flat space, and around a hole.
+#[test]
+fn guiding_changes_no_mean() {
+    let flat = common::read("scenes/cornell_box.bhs");
+    let bent = scene("cornell_hole", REDSHIFT);
+    for (name, text) in [("cornell_box", &flat), ("cornell_hole", &bent)] {
+        let [guided, unguided] = [true, false].map(|guiding| {
+            let transport = format!("LightTransport \"path\" \"integer maxdepth\" 6 \"bool guiding\" {guiding}");
+            measure(text, &transport, 32)
+        });
+        agree(name, ["guided", "unguided"], &guided, &unguided);
+    }
+}
+
 const FLAT_TIME: &str = "\"bool redshift\" false";
 const CHART: &str = "\"bool redshift\" false \"string frame\" \"chart\"";
 const REDSHIFT: &str = "\"bool redshift\" true";

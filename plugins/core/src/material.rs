@@ -66,6 +66,12 @@ pub trait Material: Send + Sync {
     /// Whether every direction it chooses is specular, so that light cannot be sampled for it.
     fn is_specular(&self) -> bool;
 
+    /// Whether it scatters as Lambert's law says: only to the side of `wo`, the same from all sides, and [`Material::pdf`] is
+    /// |cos(theta_i)|/pi there. Then transports may choose directions by what they know of the light.
+    fn is_matt(&self) -> bool {
+        false
+    }
+
     /// Whether directions must be chosen by [`Material::sample`], because some of them are specular or lie behind the surface: drawn
     /// uniformly above it, they would miss part of what is scattered.
     fn chooses_directions(&self) -> bool {

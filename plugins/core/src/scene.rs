@@ -98,6 +98,12 @@ impl Vertex<'_> {
         self.observer.frame.chart_direction(local)
     }
 
+    /// The axes of the shading frame, as the observer measures them.
+    #[inline]
+    pub fn axes(&self) -> [DVec3; 3] {
+        self.axes
+    }
+
     /// The direction in the shading frame of a unit chart direction.
     #[inline]
     pub fn shading_direction(&self, chart: DVec3) -> Vec3 {

@@ -42,6 +42,15 @@ pub trait LightTransport: Send + Sync {
         }
     }
 
+    /// The same method with a memory of its own, for one render of `scene`: what it finds may depend on what it found in the waves before
+    /// ([`LightTransport::end_wave`]), but on nothing else. `None`: it has no memory, and is used as it is.
+    fn for_render(&self, _scene: &Scene) -> Option<Box<dyn LightTransport>> {
+        None
+    }
+
+    /// Says that all samples so far are done, and that others follow: what has been found so far may be used from now on.
+    fn end_wave(&mut self) {}
+
     /// Whether it aims at lights: one that does not cannot find a light that shines from a point.
     fn samples_lights(&self) -> bool {
         false

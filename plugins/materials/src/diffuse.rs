@@ -65,4 +65,8 @@ impl Material for Diffuse {
     fn is_specular(&self) -> bool {
         false
     }
+
+    fn is_matt(&self) -> bool {
+        true
+    }
 }

@@ -1,5 +1,6 @@
 //! What may arrive from lamps that paths aim at: found first, looked for afterwards, all of it together.
 
+use crate::guide::Place;
 use arrayvec::ArrayVec;
 use bhs_core::integrator::{Connection, Connections, MOST_TURNS, Ray, Sight};
 use bhs_core::light_sampling::{LightSample, LightSource};
@@ -7,6 +8,7 @@ use bhs_core::scene::{Scene, Vertex};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use bhs_core::transport::{BATCH, PathSample};
+use std::f32::consts::FRAC_1_PI;
 
 /// Geodesics to lamps that may come together at one bounce of a batch of paths.
 const MOST: usize = BATCH * 2 * MOST_TURNS;
@@ -81,6 +83,8 @@ pub struct Sought<'a> {
     pub throughput: SampledSpectrum,
     /// Number of the path in its batch.
     pub path: usize,
+    /// What draws the path's next direction, if not the material.
+    pub place: Option<Place<'a>>,
 }
 
 impl Sought<'_> {
@@ -151,7 +155,11 @@ impl Sought<'_> {
         if arriving.emitted.is_zero() || !(density > 0.0 && density.is_finite()) {
             return SampledSpectrum::ZERO;
         }
-        let against = if arriving.is_point { 0.0 } else { vertex.material.pdf(&vertex.shading, vertex.wo, wi) };
+        let against = match &self.place {
+            _ if arriving.is_point => 0.0,
+            Some(place) => place.density(wi) * (wi.z.abs() * FRAC_1_PI),
+            None => vertex.material.pdf(&vertex.shading, vertex.wo, wi),
+        };
         scattered * arriving.emitted * (1.0 / (density + against))
     }
 }

@@ -1,9 +1,11 @@
 //! Light transport. One file, one plugin.
 
 mod aimed;
+mod guide;
 mod hemisphere;
 mod normals;
 mod path;
+mod warp;
 
 use bhs_core::Plugin;
 use bhs_core::transport::LightTransport;
@@ -13,5 +15,5 @@ pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, normals::PL
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["aimed"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["aimed", "guide", "warp"]);
 }

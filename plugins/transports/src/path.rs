@@ -11,6 +11,11 @@
 //! has found already, is looked along with a probability in proportion to what it carries, and counts the more. That changes no
 //! mean.
 //!
+//! With `guiding`, a render learns where light comes from while it goes on, and matt surfaces choose part of their directions by that
+//! ([`Guide`]): where only light from elsewhere arrives, in shadows and on ceilings, noise falls most. No sample's mean depends on what
+//! was learned. Weights then say little about what a path is worth, for they are small where much light is expected; roulette ends
+//! paths by what surfaces reflect.
+//!
 //! Paths are followed together, bounce by bounce: first all their rays, then, at the surfaces, all the geodesics to lamps; for integrators
 //! that follow several at once.
 //!
@@ -19,6 +24,7 @@
 //! | `maxdepth` | integer | 5 | bounces | longest path |
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
 //! | `lightsampling` | bool | true | | whether lamps are aimed at; if not, they are found by chance alone |
+//! | `guiding` | bool | true | | whether directions follow what was learned of the light |
 //!
 //! ```bhs
 //! LightTransport "path" "integer maxdepth" 8
@@ -26,25 +32,30 @@
 //! ```
 
 use crate::aimed::{Aimed, Sought};
+use crate::guide::{Guide, Lesson, Place};
 use arrayvec::ArrayVec;
 use bhs_core::Plugin;
 use bhs_core::integrator::{Arrival, Connections, MOST_TURNS, Ray, Traced};
+use bhs_core::material::BsdfSample;
 use bhs_core::params::Params;
 use bhs_core::sampling::{SampleStream, balance_heuristic};
 use bhs_core::scene::{Scene, Vertex};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use bhs_core::transport::{BATCH, LightTransport, PathSample};
-use glam::DVec3;
+use glam::{DVec3, Vec2};
+use std::f32::consts::FRAC_1_PI;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn LightTransport> =
     Plugin { name: "path", summary: "path tracing, with light sampling where the integrator can join two points", build };
 
+#[derive(Clone, Copy)]
 struct Path {
     max_depth: u32,
     roulette_depth: u32,
     light_sampling: bool,
+    guiding: bool,
 }
 
 fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
@@ -52,8 +63,18 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
     let roulette_depth =
         p.get_in("rrdepth", 3, 0..=1_000_000, "bounces", "first bounce at which a path may end by roulette") as u32;
     let light_sampling = p.get("lightsampling", true, "", "whether lamps are aimed at; if not, they are found by chance alone");
-    Some(Box::new(Path { max_depth, roulette_depth, light_sampling }))
+    let guiding = p.get("guiding", true, "", "whether directions follow what was learned of the light");
+    Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding }))
 }
+
+/// A path tracer during one render, with what it has learned.
+struct Guided {
+    path: Path,
+    guide: Guide,
+}
+
+/// First bounces of each path that teach.
+const TEACHING: usize = 3;
 
 /// How the ray under way was chosen: what a lamp that it finds is weighted against.
 struct Chosen {
@@ -102,11 +123,34 @@ struct State {
     lambda: SampledWavelengths,
     /// `None` after the camera and after specular bounces: nothing but chance finds lamps there.
     chosen: Option<Chosen>,
+    /// How much less it weighs because its directions were more likely than the materials would have made them.
+    guided: f32,
+    /// What is to be learned from it.
+    lessons: ArrayVec<Lesson, TEACHING>,
 }
 
 impl State {
     fn new(path: &PathSample) -> Self {
-        Self { ray: path.ray, throughput: SampledSpectrum::ONE, lambda: path.lambda, chosen: None }
+        let throughput = SampledSpectrum::ONE;
+        Self { ray: path.ray, throughput, lambda: path.lambda, chosen: None, guided: 1.0, lessons: ArrayVec::new() }
+    }
+
+    /// A direction of a matt surface by what was learned at `place`.
+    fn guide(&mut self, place: &Place, teaches: bool, vertex: &Vertex, u: Vec2) -> Option<BsdfSample> {
+        let drawn = place.sample(u);
+        let wi = drawn.wi;
+        let pdf = drawn.density * wi.z.abs() * FRAC_1_PI;
+        // At grazing angles one of the two cosines can be zero.
+        if pdf <= 0.0 || wi.z * vertex.wo.z <= 0.0 {
+            return None;
+        }
+        let weight = vertex.material.evaluate(&vertex.shading, vertex.wo, wi) / pdf;
+        self.guided *= drawn.density.max(1.0);
+        if teaches {
+            // When there is no room, the path has taught enough.
+            let _ = self.lessons.try_push(place.lesson(&drawn, (self.throughput * weight).mean()));
+        }
+        Some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false })
     }
 }
 
@@ -120,15 +164,19 @@ impl LightTransport for Path {
         log: &mut TraceLog,
     ) -> SampledSpectrum {
         let mut path = PathSample { ray, lambda: *lambda, stream: stream.clone(), radiance: SampledSpectrum::ZERO };
-        self.follow(scene, std::slice::from_mut(&mut path), log);
+        self.follow(scene, std::slice::from_mut(&mut path), None, log);
         *stream = path.stream;
         path.radiance
     }
 
     fn radiance_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
         for paths in paths.chunks_mut(BATCH) {
-            self.follow(scene, paths, log);
+            self.follow(scene, paths, None, log);
         }
+    }
+
+    fn for_render(&self, scene: &Scene) -> Option<Box<dyn LightTransport>> {
+        self.guiding.then(|| Box::new(Guided { path: *self, guide: Guide::new(scene.world.bounds) }) as _)
     }
 
     fn samples_lights(&self) -> bool {
@@ -136,9 +184,39 @@ impl LightTransport for Path {
     }
 }
 
+impl LightTransport for Guided {
+    fn radiance(
+        &self,
+        scene: &Scene,
+        ray: Ray,
+        lambda: &SampledWavelengths,
+        stream: &mut SampleStream,
+        log: &mut TraceLog,
+    ) -> SampledSpectrum {
+        let mut path = PathSample { ray, lambda: *lambda, stream: stream.clone(), radiance: SampledSpectrum::ZERO };
+        self.path.follow(scene, std::slice::from_mut(&mut path), Some(&self.guide), log);
+        *stream = path.stream;
+        path.radiance
+    }
+
+    fn radiance_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
+        for paths in paths.chunks_mut(BATCH) {
+            self.path.follow(scene, paths, Some(&self.guide), log);
+        }
+    }
+
+    fn end_wave(&mut self) {
+        self.guide.end_wave();
+    }
+
+    fn samples_lights(&self) -> bool {
+        self.path.light_sampling
+    }
+}
+
 impl Path {
     /// Follows up to [`BATCH`] paths to their ends.
-    fn follow(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
+    fn follow(&self, scene: &Scene, paths: &mut [PathSample], guide: Option<&Guide>, log: &mut TraceLog) {
         let aims = self.light_sampling && scene.light_choice.total() > 0.0;
         let connections = scene.integrator.connections().filter(|_| aims);
         let mut states: ArrayVec<State, BATCH> = paths.iter().map(State::new).collect();
@@ -155,8 +233,15 @@ impl Path {
             let mut ends = traced.iter();
             underway.retain(|i| {
                 let Some(end) = ends.next() else { return false };
-                let mut bounce =
-                    Bounce { scene, connections, index: *i, path: &mut paths[*i], state: &mut states[*i], aimed: &mut aimed };
+                let mut bounce = Bounce {
+                    scene,
+                    connections,
+                    guide,
+                    index: *i,
+                    path: &mut paths[*i],
+                    state: &mut states[*i],
+                    aimed: &mut aimed,
+                };
                 self.bounce(depth, end, &mut bounce, log)
             });
             if let Some(connections) = connections {
@@ -166,12 +251,20 @@ impl Path {
                 break;
             }
         }
+        if let Some(guide) = guide {
+            for (state, path) in states.iter().zip(paths) {
+                state.lessons.iter().for_each(|lesson| guide.learn(lesson, path.radiance.mean()));
+            }
+        }
     }
 
     /// What happens where a path has arrived at the end of its ray number `depth`; whether it goes on from there.
     fn bounce(&self, depth: u32, end: &Traced, at: &mut Bounce, log: &mut TraceLog) -> bool {
         let connections = at.connections;
         let Bounce { scene, path, state, .. } = at;
+        if let Some(lesson) = state.lessons.last_mut().filter(|l| l.before.is_none()) {
+            lesson.before = Some(path.radiance.mean());
+        }
         let hit = match end.arrival {
             Arrival::Surface(hit) => hit,
             Arrival::Sky(direction) => {
@@ -202,16 +295,21 @@ impl Path {
         }
 
         // ---- Emission found by sampling a lamp
+        let guide = at.guide;
+        let place = guide.filter(|_| vertex.material.is_matt()).map(|g| g.place(&vertex));
         if connections.is_some() && !vertex.material.is_specular() {
-            at.aim(&vertex, log);
+            at.aim(&vertex, place, log);
         }
 
         // ---- The next direction
         let Bounce { scene, path, state, .. } = at;
         let stream = &mut path.stream;
-        let Some(sample) = vertex.material.sample(&vertex.shading, vertex.wo, stream.next_1d(), stream.next_2d()) else {
-            return false;
+        let (choice, u) = (stream.next_1d(), stream.next_2d());
+        let sample = match (guide, &place) {
+            (Some(guide), Some(place)) => state.guide(place, guide.learns(), &vertex, u),
+            _ => vertex.material.sample(&vertex.shading, vertex.wo, choice, u),
         };
+        let Some(sample) = sample else { return false };
         state.throughput *= sample.weight;
         if sample.drops_wavelengths {
             state.lambda.drop_secondary(&mut state.throughput);
@@ -229,7 +327,7 @@ impl Path {
 
         // ---- Russian roulette
         if depth >= self.roulette_depth {
-            let survive = state.throughput.max().min(0.95);
+            let survive = (state.throughput.max() * state.guided).min(0.95);
             if stream.next_1d() >= survive {
                 return false;
             }
@@ -243,6 +341,7 @@ impl Path {
 struct Bounce<'a, 'p> {
     scene: &'a Scene,
     connections: Option<&'a dyn Connections>,
+    guide: Option<&'a Guide>,
     /// Number of the path among those that are followed together.
     index: usize,
     path: &'a mut PathSample<'p>,
@@ -252,14 +351,22 @@ struct Bounce<'a, 'p> {
 
 impl Bounce<'_, '_> {
     /// Draws a point of a lamp and notes what may arrive from there at `vertex`.
-    fn aim(&mut self, vertex: &Vertex, log: &mut TraceLog) {
-        let Self { scene, connections: Some(connections), index, path, state, aimed } = self else { return };
+    fn aim(&mut self, vertex: &Vertex, place: Option<Place>, log: &mut TraceLog) {
+        let Self { scene, connections: Some(connections), index, path, state, aimed, .. } = self else { return };
         let stream = &mut path.stream;
         let (choice, u) = (stream.next_1d(), stream.next_2d());
         let Some(light) = scene.sample_light(choice, u) else { return };
         let State { throughput, lambda, .. } = &**state;
-        let sought =
-            Sought { scene, connections: *connections, vertex, light: &light, lambda, throughput: *throughput, path: *index };
+        let sought = Sought {
+            scene,
+            connections: *connections,
+            vertex,
+            light: &light,
+            lambda,
+            throughput: *throughput,
+            path: *index,
+            place,
+        };
         let found = path.radiance.max() / throughput.max();
         // Along straight lines it costs so little to look that leaving light to chance only adds noise.
         match (scene.bends(), connections.turns()) {
