@@ -252,7 +252,7 @@ mod tests {
             span: Span::default(),
             keyword: Span::default(),
             faulty: false,
-            world_from_object: DAffine3::IDENTITY,
+            world_from_object: Default::default(),
         };
         let mut found = Vec::new();
         let context = bare_context(&NoFiles, registry.spectra());

@@ -140,7 +140,7 @@ const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
     ("intersector-failed", "a fault of the intersector"),
     ("negative-light", "takes a picture of floats, which the folder has none of"),
     ("plugin-failed", "a fault of a plugin"),
-    ("too-many-files", "takes 65,536 files"),
+    ("too-many-files", "a scene of 65,536 lines: src/lang/tests.rs"),
     ("unknown-camera", "on the command line: tests/command_line.rs"),
     ("unreadable", "a scene that the grammar does not cover: there is none"),
 ];

@@ -3,10 +3,7 @@
 mod common;
 
 use bhs_core::layer::Layer;
-
-fn luminance(p: &[f32]) -> f64 {
-    f64::from(0.212_671 * p[0] + 0.715_160 * p[1] + 0.072_169 * p[2])
-}
+use common::lights::luminance;
 
 #[test]
 fn equal_energy_has_unit_luminance() {

@@ -5,17 +5,12 @@ mod common;
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::Arrival;
 use bhs_core::light::Emission;
-use bhs_core::sampling::mix64;
 use bhs_core::scene::Scene;
 use bhs_core::stats::TraceLog;
+use common::lights::random;
 use common::physics::rgb_of;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
-
-/// Number `k` of the random numbers of `i`, uniform in [0,1).
-fn random(i: u64, k: u64) -> f64 {
-    (mix64(mix64(i) ^ k) >> 11) as f64 / (1u64 << 53) as f64
-}
 
 fn direction(u: f64, v: f64) -> DVec3 {
     let z = 2.0 * u - 1.0;

@@ -3,40 +3,23 @@
 mod common;
 
 use bhs::lang::BuiltScene;
-use bhs_core::geometry::{Geometry, sample_triangle, triangle_area};
 use bhs_core::integrator::{Arrival, Ray, Sight};
-use bhs_core::sampling::mix64;
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::TraceLog;
+use common::lights::{floor, random, received};
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 
-fn random(i: u64, k: u64) -> f64 {
-    (mix64(mix64(i) ^ k) >> 11) as f64 / (1u64 << 53) as f64
-}
-
 #[test]
 fn without_a_hole_the_light_falls_off_with_the_square_of_the_distance() {
-    // Looking straight down at a white floor, one pixel wide; the light is off to the side.
-    let text = r#"
-        LightTransport "path" "integer maxdepth" 1
-        Sampler "sobol" "integer pixelsamples" 256
-        Film "rgb" "integer xresolution" 1 "integer yresolution" 1
-        LookAt 0 5 0  0 0 0  0 0 1
-        Camera "perspective" "float fov" 0.01
-        WorldBegin
-        Material "diffuse" "spectrum reflectance" 0.8
-        Shape "trianglemesh" "integer indices" [0 1 2  0 2 3] "point3 P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
-        Translate 1 0 0
-        LightSource "point" "spectrum I" 3 "float scale" 2 "point3 from" [0 1.5 2]
-    "#;
-    let picture = common::render(&common::build(text)).frame.picture();
-    let p = picture.pixel(0, 0);
-    let luminance = 0.212_671 * p[0] + 0.715_160 * p[1] + 0.072_169 * p[2];
+    // The light is off to the side.
+    let options = r#"LightTransport "path" "integer maxdepth" 1 Sampler "sobol" "integer pixelsamples" 256"#;
+    let light = r#"Translate 1 0 0 LightSource "point" "spectrum I" 3 "float scale" 2 "point3 from" [0 1.5 2]"#;
+    let seen = floor(options, light);
     // rho/pi I cos/d^2, for an equal-energy spectrum.
     let distance2 = 1.0 + 1.5 * 1.5 + 4.0f64;
     let expected = 0.8 / PI * 6.0 * 1.5 / distance2.sqrt() / distance2;
-    assert!((f64::from(luminance) / expected - 1.0).abs() < 2e-3, "{luminance} {expected}");
+    assert!((seen / expected - 1.0).abs() < 2e-3, "{seen} {expected}");
 }
 
 /// The closed room with a light near a hole, frames static, wavelengths at rest.
@@ -87,35 +70,22 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     let hole = scene.world.hole.expect("a hole");
     let f = |p: DVec3| 1.0 - hole.rs / (p - hole.center).length();
     let mut log = TraceLog::default();
-    let mut arrived = vec![0.0; scene.shapes.len()];
-    for (g, geometry) in scene.world.geometries.iter().enumerate() {
-        let Geometry::Mesh(mesh) = geometry else { panic!("the room is made of triangles") };
-        for triangle in 0..mesh.triangles.len() as u32 {
-            let area = triangle_area(mesh.corners(triangle));
-            for i in 0..points {
-                let u = Vec2::new(((i as f64 + 0.5) / points as f64) as f32, random(i, 7 + u64::from(triangle)) as f32);
-                let (x, b) = sample_triangle(mesh.corners(triangle), u);
-                let observer = scene.integrator.observer(&scene.world, x).expect("outside");
-                let normal = mesh.surface(triangle, b).normal;
-                let local_normal = observer.frame.local_normal(normal);
-                let mut irradiance = 0.0;
-                for turn in 0..connections.turns() {
-                    for c in connections.connect(&scene.world, x, light.point, turn).into_iter().flatten() {
-                        let cos = observer.frame.local_direction(c.launch).dot(local_normal);
-                        let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-                        let sight = Sight { start, from: x, to: light.point, connection: c };
-                        if connections.visible(&scene.world, &sight, &mut log) {
-                            let arriving = scene.arriving(&light, &c, &observer, &lambda);
-                            irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
-                        }
-                    }
+    received(built, points, |x, normal, observer| {
+        let local_normal = observer.frame.local_normal(normal);
+        let mut irradiance = 0.0;
+        for turn in 0..connections.turns() {
+            for c in connections.connect(&scene.world, x, light.point, turn).into_iter().flatten() {
+                let cos = observer.frame.local_direction(c.launch).dot(local_normal);
+                let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
+                let sight = Sight { start, from: x, to: light.point, connection: c };
+                if connections.visible(&scene.world, &sight, &mut log) {
+                    let arriving = scene.arriving(&light, &c, observer, &lambda);
+                    irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
                 }
-                let measure = area * observer.frame.area_factor(normal) / points as f64;
-                arrived[g] += irradiance * measure * f(light.point) / f(x);
             }
         }
-    }
-    arrived
+        irradiance * f(light.point) / f(x)
+    })
 }
 
 #[test]

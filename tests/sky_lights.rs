@@ -4,43 +4,12 @@ mod common;
 
 use bhs::image::{Frame, Picture};
 use bhs::lang::BuiltScene;
-use bhs_core::geometry::{Geometry, sample_triangle};
 use bhs_core::integrator::{Arrival, Ray};
-use bhs_core::sampling::mix64;
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::TraceLog;
+use common::lights::{floor, luminance, mean, random, received};
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
-
-fn random(i: u64, k: u64) -> f64 {
-    (mix64(mix64(i) ^ k) >> 11) as f64 / (1u64 << 53) as f64
-}
-
-fn luminance(p: &[f32]) -> f64 {
-    f64::from(0.212_671 * p[0] + 0.715_160 * p[1] + 0.072_169 * p[2])
-}
-
-/// Mean luminance of the picture of a scene.
-fn mean(text: &str) -> f64 {
-    let picture = common::render(&common::build(text)).frame.picture();
-    picture.data.chunks_exact(3).map(luminance).sum::<f64>() / (picture.size[0] * picture.size[1]) as f64
-}
-
-/// A white floor seen from straight above, one pixel wide, under `light`.
-fn floor(options: &str, light: &str) -> f64 {
-    mean(&format!(
-        r#"
-        {options}
-        Film "rgb" "integer xresolution" 1 "integer yresolution" 1
-        LookAt 0 5 0  0 0 0  0 0 1
-        Camera "perspective" "float fov" 0.01
-        WorldBegin
-        Material "diffuse" "spectrum reflectance" 0.8
-        Shape "trianglemesh" "integer indices" [0 1 2  0 2 3] "point3 P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
-        {light}
-    "#
-    ))
-}
 
 const SAMPLED: &str = r#"LightTransport "path" "integer maxdepth" 1 Sampler "sobol" "integer pixelsamples" 4096"#;
 const BY_CHANCE: &str =
@@ -173,31 +142,19 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);
     let hole = scene.world.hole.expect("a hole");
     let mut log = TraceLog::default();
-    let mut arrived = vec![0.0; scene.shapes.len()];
-    for (g, geometry) in scene.world.geometries.iter().enumerate() {
-        let Geometry::Mesh(mesh) = geometry else { panic!("made of triangles") };
-        for triangle in 0..mesh.triangles.len() as u32 {
-            for i in 0..points {
-                let u = Vec2::new(((i as f64 + 0.5) / points as f64) as f32, random(i, 7 + u64::from(triangle)) as f32);
-                let (x, b) = sample_triangle(mesh.corners(triangle), u);
-                let observer = scene.observer(x).expect("outside");
-                let normal = mesh.surface(triangle, b).normal;
-                let local_normal = observer.frame.local_normal(normal);
-                for c in scene.connect(connections, x, &light, 0).into_iter().flatten() {
-                    let cos = observer.frame.local_direction(c.launch).dot(local_normal);
-                    let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-                    if scene.integrator.escapes(&scene.world, &start, &mut log) {
-                        let arriving = scene.arriving(&light, &c, &observer, &lambda);
-                        let irradiance = f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
-                        let area = bhs_core::geometry::triangle_area(mesh.corners(triangle)) * observer.frame.area_factor(normal)
-                            / points as f64;
-                        arrived[g] += irradiance * area / (1.0 - hole.rs / (x - hole.center).length());
-                    }
-                }
+    received(built, points, |x, normal, observer| {
+        let local_normal = observer.frame.local_normal(normal);
+        let mut irradiance = 0.0;
+        for c in scene.connect(connections, x, &light, 0).into_iter().flatten() {
+            let cos = observer.frame.local_direction(c.launch).dot(local_normal);
+            let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
+            if scene.integrator.escapes(&scene.world, &start, &mut log) {
+                let arriving = scene.arriving(&light, &c, observer, &lambda);
+                irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
             }
         }
-    }
-    arrived
+        irradiance / (1.0 - hole.rs / (x - hole.center).length())
+    })
 }
 
 #[test]

@@ -6,8 +6,9 @@ use super::table::Table;
 use super::{Measured, Summary, Tradeoff, equal_error, pareto_front, series};
 use crate::lang::BuiltScene;
 use crate::plot::Chart;
-use bhs_core::integrator::{Integrator, Ray};
+use bhs_core::integrator::{Arrival, Integrator, Ray, Traced};
 use bhs_core::stats::TraceLog;
+use bhs_core::transport::BATCH;
 use bhs_core::world::World;
 use bhs_integrators::flight::Tolerance;
 use bhs_integrators::{Adaptive, Exact, Rk4, Straight};
@@ -63,13 +64,15 @@ pub fn candidates(diagonal: f64) -> Vec<Candidate> {
     baseline.into_iter().chain(rk4).chain(adaptive).chain(exact).collect()
 }
 
-/// Nanoseconds of processor time that one of `rays` takes.
+/// Nanoseconds of processor time that one of `rays` takes. They are followed in batches, as light transport does.
 pub fn nanoseconds(world: &World, integrator: &dyn Integrator, rays: &[Ray]) -> f64 {
     let start = processor_seconds();
     let mut passes = 0.0;
+    let mut traced = [Traced { arrival: Arrival::Hole, phi: 0.0 }; BATCH];
     loop {
-        for ray in rays {
-            std::hint::black_box(integrator.trace(world, ray, &mut TraceLog::default()));
+        for rays in rays.chunks(BATCH) {
+            integrator.trace_all(world, rays, &mut traced[..rays.len()], &mut TraceLog::default());
+            std::hint::black_box(&traced);
         }
         passes += 1.0;
         let seconds = processor_seconds() - start;

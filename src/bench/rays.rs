@@ -2,10 +2,11 @@
 
 use crate::lang::BuiltScene;
 use bhs_core::blackhole::Observer;
-use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::integrator::{Arrival, Integrator, Ray, Traced};
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::{Counters, TraceLog};
+use bhs_core::transport::BATCH;
 use bhs_core::world::World;
 use bhs_integrators::Exact;
 use bhs_integrators::flight::Tolerance;
@@ -59,11 +60,14 @@ pub fn bounce_rays(built: &BuiltScene, from: &[Ray]) -> Vec<Ray> {
     from.iter().enumerate().filter_map(bounce).collect()
 }
 
-/// Where rays arrive under `integrator`, and what that took to find out.
+/// Where rays arrive under `integrator`, and what that took to find out. They are followed in batches, as light transport does.
 pub fn arrivals(world: &World, integrator: &dyn Integrator, rays: &[Ray]) -> (Vec<Arrival>, Counters) {
     let mut log = TraceLog::default();
-    let found = rays.iter().map(|ray| integrator.trace(world, ray, &mut log)).collect();
-    (found, log.counters)
+    let mut found = vec![Traced { arrival: Arrival::Hole, phi: 0.0 }; rays.len()];
+    for (rays, found) in rays.chunks(BATCH).zip(found.chunks_mut(BATCH)) {
+        integrator.trace_all(world, rays, found, &mut log);
+    }
+    (found.into_iter().map(|end| end.arrival).collect(), log.counters)
 }
 
 /// What is left of many errors.

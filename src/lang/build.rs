@@ -141,6 +141,9 @@ pub fn build(
     }
     let filter = registry.create::<dyn Filter>(&settings.filter, context, &mut found);
     let transport = registry.create::<dyn LightTransport>(&settings.transport, context, &mut found);
+    // Of very many materials and shapes, what describes them is let go before more room is needed.
+    let materials = Names::new(registry, &description).make_all(context, &mut found);
+    description.materials = Vec::new();
     let (shapes, objects) = build_shapes(&mut description, registry, context, &mut found);
     let parts = Parts {
         integrator: build_integrator(&settings.integrator, registry, context, &mut found),
@@ -155,7 +158,7 @@ pub fn build(
             })
             .collect(),
         lambda_range: context.lambda_range,
-        materials: Names::new(registry, &description).make_all(context, &mut found),
+        materials,
         default_material: create::<dyn Material>(&settings.material, registry, context, &mut found),
         area_lights: create_all::<dyn AreaLight>(
             description.area_lights.iter().map(|l| &l.entity),
@@ -212,7 +215,7 @@ pub(super) fn create<T: Kind + ?Sized>(
     context: Context,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Box<T>> {
-    registry.create::<T>(e, Context { world_from_object: e.world_from_object, ..context }, found)
+    registry.create::<T>(e, Context { world_from_object: *e.world_from_object, ..context }, found)
 }
 
 fn create_all<'e, T: Kind + ?Sized>(

@@ -4,6 +4,7 @@ use crate::lang::attributes::{AttributeParam, Defaults};
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::value::Param;
 use glam::DAffine3;
+use std::sync::Arc;
 
 /// A plugin to be made: its name, its parameters, and the place they come from.
 #[derive(Clone, Debug)]
@@ -20,8 +21,8 @@ pub struct Entity {
     pub keyword: Span,
     /// Whether parts of it are missing here, because they were at fault and have been reported.
     pub faulty: bool,
-    /// The current transform at the directive: to world space. Of a camera: from camera space.
-    pub world_from_object: DAffine3,
+    /// The current transform at the directive: to world space. Of a camera: from camera space. Directives share it.
+    pub world_from_object: Arc<DAffine3>,
 }
 
 /// A camera, with its name if it has one.

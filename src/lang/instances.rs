@@ -71,7 +71,7 @@ pub(super) fn add_shape(
     for (_, place) in &object.places {
         let mut said = Vec::new();
         let mut entity = shape.entity.clone();
-        entity.world_from_object = *place * entity.world_from_object;
+        entity.world_from_object = Arc::new(*place * *entity.world_from_object);
         let Some(made) = create::<dyn Shape>(&entity, registry, context, &mut said) else {
             // Nothing was wrong with it where it was defined. What is wrong at one place may be so at many.
             found.extend(said.into_iter().filter(|d| d.severity == Severity::Error));

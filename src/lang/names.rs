@@ -47,7 +47,8 @@ struct TextureKey {
 #[derive(Default)]
 struct State {
     textures: Vec<(TextureKey, Slot<Arc<dyn Texture>>)>,
-    materials: BTreeMap<usize, Slot<Arc<dyn Material>>>,
+    /// As many as the scene has; `None`: not asked for yet.
+    materials: Vec<Option<Slot<Arc<dyn Material>>>>,
     /// By path as written and the file that it stands in.
     images: BTreeMap<(String, u16), Result<Arc<Image>, String>>,
     found: Vec<Diagnostic>,
@@ -74,7 +75,8 @@ impl Named for Pictures {
 impl<'a> Names<'a> {
     pub fn new(registry: &'a Registry, description: &'a SceneDescription) -> Self {
         let SceneDescription { textures, materials, incomplete, .. } = description;
-        Self { registry, textures, materials, incomplete: *incomplete, state: RefCell::default() }
+        let state = State { materials: vec![None; materials.len()], ..State::default() };
+        Self { registry, textures, materials, incomplete: *incomplete, state: RefCell::new(state) }
     }
 
     /// Makes all materials, and the textures that they ask for; in the order of the scene. All that is wrong goes to `found`.
@@ -85,7 +87,7 @@ impl<'a> Names<'a> {
         // A texture may lend itself to lights and shapes too, but none takes one yet: the others are unused.
         let unused: Vec<usize> = {
             let state = self.state.borrow();
-            (0..self.materials.len()).filter(|i| !state.materials.contains_key(i)).collect()
+            (0..self.materials.len()).filter(|i| state.materials[*i].is_none()).collect()
         };
         for i in &unused {
             self.material_at(*i, false, &context);
@@ -112,11 +114,11 @@ impl<'a> Names<'a> {
         }
         let mut state = self.state.into_inner();
         found.append(&mut state.found);
-        let made = |i| match state.materials.remove(&i) {
+        let made = |slot| match slot {
             Some(Slot::Made(material)) => Some(material),
             _ => None,
         };
-        (0..self.materials.len()).map(made).collect()
+        state.materials.into_iter().map(made).collect()
     }
 
     fn report(&self, found: impl IntoIterator<Item = Diagnostic>) {
@@ -131,12 +133,12 @@ impl<'a> Names<'a> {
 
     /// A material; `None` while it is being made.
     fn material_at(&self, i: usize, used: bool, context: &Context) -> Option<Arc<dyn Material>> {
-        let known = self.state.borrow().materials.get(&i).cloned();
+        let known = self.state.borrow().materials[i].clone();
         match known {
             Some(Slot::UnderWay) => return None,
             Some(Slot::Made(material)) => return Some(material),
-            None => self.state.borrow_mut().materials.insert(i, Slot::UnderWay),
-        };
+            None => self.state.borrow_mut().materials[i] = Some(Slot::UnderWay),
+        }
         let view = View { names: self, kind: TextureKind::Float, used };
         let entity = &self.materials[i].entity;
         let mut found = Vec::new();
@@ -144,7 +146,7 @@ impl<'a> Names<'a> {
         self.report(found);
         // What could not be made has been reported: nothing is rendered.
         let made: Arc<dyn Material> = made.map_or_else(|| Arc::new(Faulty) as _, Arc::from);
-        self.state.borrow_mut().materials.insert(i, Slot::Made(Arc::clone(&made)));
+        self.state.borrow_mut().materials[i] = Some(Slot::Made(Arc::clone(&made)));
         Some(made)
     }
 
@@ -181,7 +183,7 @@ struct View<'v, 'a> {
 
 impl View<'_, '_> {
     fn context<'c>(&'c self, entity: &Entity, context: &Context<'c>) -> Context<'c> {
-        Context { named: self, world_from_object: entity.world_from_object, ..*context }
+        Context { named: self, world_from_object: *entity.world_from_object, ..*context }
     }
 }
 

@@ -64,7 +64,7 @@ impl Resolver<'_> {
             );
             return;
         }
-        self.scene.instances.push(InstanceEntity { object: None, name: call.name, world_from_object: self.state.ctm });
+        self.scene.instances.push(InstanceEntity { object: None, name: call.name, world_from_object: *self.state.ctm });
     }
 
     /// Where the object begins that is being defined.

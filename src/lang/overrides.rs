@@ -12,7 +12,7 @@ use bhs_core::integrator::Integrator;
 use bhs_core::layer::Layer;
 use bhs_core::transport::LightTransport;
 use bhs_core::value::{Param, ParamType, Values};
-use glam::DAffine3;
+use std::sync::Arc;
 
 /// Longer side of a picture rendered with `--quick`, at most (pixels).
 pub const QUICK_SIDE: u32 = 256;
@@ -119,7 +119,7 @@ fn entity(name: &str, span: Span) -> Entity {
         span,
         keyword: span,
         faulty: false,
-        world_from_object: DAffine3::IDENTITY,
+        world_from_object: Arc::default(),
     }
 }
 

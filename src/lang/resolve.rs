@@ -25,7 +25,7 @@ pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Dia
         found: Vec::new(),
         scene: SceneDescription::default(),
         state: State {
-            ctm: DAffine3::IDENTITY,
+            ctm: Arc::default(),
             reverse_orientation: false,
             material: CurrentMaterial::Default,
             area_light: None,
@@ -66,8 +66,10 @@ impl Call {
         DVec3::from_array(std::array::from_fn(|k| self.numbers.get(3 * i + k).copied().unwrap_or(0.0)))
     }
 
-    pub(super) fn entity(self, world_from_object: DAffine3) -> Entity {
-        let Call { keyword, span, name, params, faulty, .. } = self;
+    pub(super) fn entity(self, world_from_object: Arc<DAffine3>) -> Entity {
+        let Call { keyword, span, name, mut params, faulty, .. } = self;
+        // A scene of very many small directives is made of these lists, which mostly have one member.
+        params.shrink_to_fit();
         Entity { name, params, defaults: Defaults::default(), span, keyword, faulty, world_from_object }
     }
 }
@@ -83,7 +85,7 @@ pub(super) enum CurrentMaterial {
 /// What `AttributeBegin` saves and `AttributeEnd` restores.
 #[derive(Clone)]
 pub(super) struct State {
-    pub(super) ctm: DAffine3,
+    pub(super) ctm: Arc<DAffine3>,
     pub(super) reverse_orientation: bool,
     pub(super) material: CurrentMaterial,
     pub(super) area_light: Option<usize>,
@@ -344,9 +346,9 @@ impl Resolver<'_> {
 
     /// Multiplies the current transform from the right.
     pub(super) fn apply(&mut self, t: DAffine3, span: Span) {
-        let ctm = self.state.ctm * t;
+        let ctm = *self.state.ctm * t;
         if transform::is_invertible(&ctm) {
-            self.state.ctm = ctm;
+            self.state.ctm = Arc::new(ctm);
         } else {
             let help = "the current transform is made of all transforms since the world or the file began";
             self.error("bad-transform", "the current transform leaves the range of numbers here", span, "", help);

@@ -68,7 +68,7 @@ fn the_world_begins_with_the_identity_and_knows_its_camera() {
 fn a_mirrored_camera_is_pbrts() {
     // `Scale -1 1 1` before `LookAt`: right-handed data seen the right way round.
     let (scene, _) = describe("Scale -1 1 1 LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\" WorldBegin");
-    let camera = scene.cameras[0].entity.world_from_object;
+    let camera = *scene.cameras[0].entity.world_from_object;
     assert_near(camera.transform_vector3(DVec3::X), [1.0, 0.0, 0.0]);
     assert_near(camera.transform_vector3(DVec3::Z), [0.0, 0.0, -1.0]);
 }
@@ -277,6 +277,20 @@ fn includes_are_not_too_deep() {
     let codes = |found: Vec<Diagnostic>| found.iter().map(|d| d.code).collect::<Vec<_>>();
     assert_eq!(load(70 - source::MAX_INCLUDE_DEPTH).map_err(codes).map(|s| s.warnings.len()), Ok(1));
     assert_eq!(load(0).map_err(codes).err(), Some(vec!["include-depth", "no-world"]));
+}
+
+#[test]
+fn files_are_not_too_many() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("empty"), "").unwrap();
+    let mut sources = SourceMap::new();
+    let path = folder.path().join("scene.bhs");
+    // The scene is a file too.
+    let includes = "Include \"empty\"\n".repeat(usize::from(u16::MAX) + 2);
+    std::fs::write(&path, format!("WorldBegin\n{includes}")).unwrap();
+    let found = load(&path.to_string_lossy(), &Registry::builtin(), &Overrides::default(), &mut sources).err().unwrap();
+    assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), ["too-many-files"; 2]);
+    assert_eq!(sources.iter().count(), usize::from(u16::MAX) + 1);
 }
 
 #[test]

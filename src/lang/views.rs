@@ -5,6 +5,7 @@ use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, Resolver};
 use bhs_core::diagnostics::{Diagnostic, Spanned};
 use bhs_core::value::{ParamType, Values};
+use std::sync::Arc;
 
 /// The longest name of a camera (bytes): it becomes part of a file's name.
 const LONGEST_NAME: usize = 100;
@@ -15,7 +16,7 @@ impl Resolver<'_> {
         let world_from_camera = self.state.ctm.inverse();
         self.systems.insert("camera".into(), world_from_camera);
         let Ok(name) = self.camera_name(&mut call) else { return };
-        let entity = call.entity(world_from_camera);
+        let entity = call.entity(Arc::new(world_from_camera));
         let same = |c: &&CameraEntity| c.name.as_ref().map(|n| &n.value) == name.as_ref().map(|n| &n.value);
         if let Some(first) = self.scene.cameras.iter().find(same) {
             let (message, second, first) = match (&name, &first.name) {

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test program uses a part of it
 
 pub mod examples;
+pub mod lights;
 pub mod physics;
 
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};

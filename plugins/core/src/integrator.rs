@@ -103,6 +103,12 @@ pub trait Connections: Send + Sync {
     /// The geodesics from `x` to `y` that make `turn` < [`Connections::turns`] whole turns, whether or not something stands in
     /// their way; `None` where there is none.
     fn connect(&self, world: &World, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair;
+    /// The same for each pair of points, written to the places of `found`: for integrators that join several faster than one after the other.
+    fn connect_all(&self, world: &World, pairs: &[[DVec3; 2]], turn: u32, found: &mut [ConnectionPair]) {
+        for ([x, y], found) in pairs.iter().zip(found) {
+            *found = self.connect(world, *x, *y, turn);
+        }
+    }
     /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` to `y`, sweeping `phi` (rad): what
     /// [`Connections::connect`] says of the same one. `None` if it does not offer that one.
     fn spread(&self, world: &World, x: DVec3, launch: DVec3, y: DVec3, phi: f64) -> Option<f64>;

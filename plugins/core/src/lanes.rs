@@ -99,6 +99,12 @@ impl Vectors {
         Self { x: o.x.mul_add(s, self.x), y: o.y.mul_add(s, self.y), z: o.z.mul_add(s, self.z) }
     }
 
+    /// Each divided by its number.
+    #[inline(always)]
+    pub fn over(self, s: Lanes) -> Self {
+        Self { x: self.x / s, y: self.y / s, z: self.z / s }
+    }
+
     /// The largest of the absolute coordinates.
     #[inline(always)]
     pub fn largest(self) -> Lanes {

@@ -4,16 +4,25 @@
 //! error (returning the default) instead of stopping, so that all faults of a scene come out at once. After the constructor
 //! has run, the program (not the plugin) calls [`Params::finish`] and reports what nobody asked for. Building with an empty
 //! list yields the plugin's parameter table.
+//!
+//! `from_param` has the Rust types that parameters are read as, `spectra` the parameters that are spectra; those that may be textures
+//! are in [`crate::texture`].
 
 use crate::blackhole::BlackHole;
 use crate::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use crate::spectrum::{Spectrum, SpectrumRole};
 use crate::texture::Named;
-use crate::value::{Param, ParamType, Values};
-use glam::{DAffine3, DVec2, DVec3};
+use crate::value::{Param, ParamType};
+use glam::DAffine3;
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
+
+mod from_param;
+mod spectra;
+
+pub use from_param::{FromParam, Normal3, Point2, Point3, Vector3};
+pub(crate) use spectra::Constant;
 
 /// Files as plugins see them: the contract does no input or output itself.
 pub trait Files {
@@ -56,163 +65,6 @@ pub struct Context<'a> {
     /// The seed of the render.
     pub seed: u64,
 }
-
-/// A place, as `"point3 name" [x y z]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point3(pub DVec3);
-
-/// A direction, as `"vector3 name" [x y z]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vector3(pub DVec3);
-
-/// A surface normal, as `"normal name" [x y z]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Normal3(pub DVec3);
-
-/// A pair, as `"point2 name" [x y]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point2(pub DVec2);
-
-/// A Rust type that a parameter can be read as.
-pub trait FromParam: Sized {
-    /// The type words that are accepted, the proper one first.
-    const TYPES: &'static [ParamType];
-    /// Reads the values.
-    ///
-    /// # Errors
-    /// What was expected, in words such as `an integer`.
-    fn read(values: &Values) -> Result<Self, String>;
-    /// The value as a scene would state it, for the parameter tables.
-    fn show(&self) -> String;
-}
-
-fn numbers(values: &Values) -> Option<&[f64]> {
-    match values {
-        Values::Numbers { values, .. } => Some(values),
-        _ => None,
-    }
-}
-
-impl FromParam for f64 {
-    const TYPES: &'static [ParamType] = &[ParamType::Float];
-    fn read(values: &Values) -> Result<Self, String> {
-        match numbers(values) {
-            Some([x]) => Ok(*x),
-            _ => Err("a number".into()),
-        }
-    }
-    fn show(&self) -> String {
-        format!("{self}")
-    }
-}
-
-impl FromParam for i64 {
-    const TYPES: &'static [ParamType] = &[ParamType::Integer];
-    fn read(values: &Values) -> Result<Self, String> {
-        match values {
-            Values::Numbers { values, whole: true } if values.len() == 1 => Ok(values[0] as i64),
-            _ => Err("an integer".into()),
-        }
-    }
-    fn show(&self) -> String {
-        format!("{self}")
-    }
-}
-
-impl FromParam for bool {
-    const TYPES: &'static [ParamType] = &[ParamType::Bool];
-    fn read(values: &Values) -> Result<Self, String> {
-        match values {
-            Values::Bools(b) if b.len() == 1 => Ok(b[0]),
-            _ => Err("`true` or `false`".into()),
-        }
-    }
-    fn show(&self) -> String {
-        format!("{self}")
-    }
-}
-
-impl FromParam for String {
-    const TYPES: &'static [ParamType] = &[ParamType::String];
-    fn read(values: &Values) -> Result<Self, String> {
-        match values {
-            Values::Strings(s) if s.len() == 1 => Ok(s[0].value.clone()),
-            _ => Err("a string".into()),
-        }
-    }
-    fn show(&self) -> String {
-        format!("\"{self}\"")
-    }
-}
-
-impl FromParam for Vec<Spanned<String>> {
-    const TYPES: &'static [ParamType] = &[ParamType::String];
-    fn read(values: &Values) -> Result<Self, String> {
-        match values {
-            Values::Strings(s) => Ok(s.clone()),
-            _ => Err("strings".into()),
-        }
-    }
-    fn show(&self) -> String {
-        format!("[{}]", self.iter().map(|s| format!("\"{}\"", s.value)).collect::<Vec<_>>().join(" "))
-    }
-}
-
-impl FromParam for Vec<f64> {
-    const TYPES: &'static [ParamType] = &[ParamType::Float];
-    fn read(values: &Values) -> Result<Self, String> {
-        numbers(values).map(<[f64]>::to_vec).ok_or_else(|| "numbers".into())
-    }
-    fn show(&self) -> String {
-        format!("[{}]", self.iter().map(f64::to_string).collect::<Vec<_>>().join(" "))
-    }
-}
-
-impl FromParam for Vec<i64> {
-    const TYPES: &'static [ParamType] = &[ParamType::Integer];
-    fn read(values: &Values) -> Result<Self, String> {
-        match values {
-            Values::Numbers { values, whole: true } => Ok(values.iter().map(|v| *v as i64).collect()),
-            _ => Err("integers".into()),
-        }
-    }
-    fn show(&self) -> String {
-        format!("[{}]", self.iter().map(i64::to_string).collect::<Vec<_>>().join(" "))
-    }
-}
-
-macro_rules! tuple_param {
-    ($name:ident, $ty:expr, $n:literal, $vec:ident, $one:literal, $many:literal) => {
-        impl FromParam for $name {
-            const TYPES: &'static [ParamType] = &[$ty];
-            fn read(values: &Values) -> Result<Self, String> {
-                match numbers(values) {
-                    Some(v) if v.len() == $n => Ok($name($vec::from_slice(v))),
-                    _ => Err($one.into()),
-                }
-            }
-            fn show(&self) -> String {
-                self.0.to_array().to_vec().show()
-            }
-        }
-        impl FromParam for Vec<$name> {
-            const TYPES: &'static [ParamType] = &[$ty];
-            fn read(values: &Values) -> Result<Self, String> {
-                match numbers(values) {
-                    Some(v) if v.len() % $n == 0 => Ok(v.chunks_exact($n).map(|c| $name($vec::from_slice(c))).collect()),
-                    _ => Err($many.into()),
-                }
-            }
-            fn show(&self) -> String {
-                self.iter().flat_map(|p| p.0.to_array()).collect::<Vec<f64>>().show()
-            }
-        }
-    };
-}
-tuple_param!(Point2, ParamType::Point2, 2, DVec2, "2 numbers", "a multiple of 2 numbers");
-tuple_param!(Point3, ParamType::Point3, 3, DVec3, "3 numbers", "a multiple of 3 numbers");
-tuple_param!(Vector3, ParamType::Vector3, 3, DVec3, "3 numbers", "a multiple of 3 numbers");
-tuple_param!(Normal3, ParamType::Normal, 3, DVec3, "3 numbers", "a multiple of 3 numbers");
 
 /// One row of a plugin's parameter table.
 #[derive(Clone, Debug, PartialEq)]
@@ -331,71 +183,6 @@ impl<'a> Params<'a> {
         self.lookup(name)
     }
 
-    /// The spectrum `name`; where the scene does not give it, `default` at all wavelengths.
-    pub fn spectrum(
-        &self,
-        name: &'static str,
-        default: f32,
-        role: SpectrumRole,
-        unit: &'static str,
-        about: &'static str,
-    ) -> Arc<dyn Spectrum> {
-        self.optional_spectrum(name, default.to_string(), role, unit, about).unwrap_or_else(|| Arc::new(Constant(default)))
-    }
-
-    /// The spectrum `name`; where the scene does not give it, the built-in spectrum called `default`.
-    pub fn named_spectrum(
-        &self,
-        name: &'static str,
-        default: &'static str,
-        role: SpectrumRole,
-        unit: &'static str,
-        about: &'static str,
-    ) -> Arc<dyn Spectrum> {
-        if let Some(given) = self.optional_spectrum(name, format!("\"{default}\""), role, unit, about) {
-            return given;
-        }
-        self.builtin_spectrum(name, default, role)
-    }
-
-    /// The built-in spectrum called `default`, in place of the parameter `name`.
-    pub(crate) fn builtin_spectrum(&self, name: &str, default: &str, role: SpectrumRole) -> Arc<dyn Spectrum> {
-        let span = self.owner.span;
-        let param = Param {
-            ty: Spanned::new(ParamType::Spectrum, span),
-            name: Spanned::new(name.to_owned(), span),
-            values: Values::Strings(vec![Spanned::new(default.to_owned(), span)]),
-            span,
-        };
-        self.build_spectrum(&param, role).unwrap_or_else(|| Arc::new(Constant(1.0)))
-    }
-
-    /// The spectrum `name`, if the scene gives it (and it can be built); `shown` is the default for the parameter table.
-    pub fn optional_spectrum(
-        &self,
-        name: &'static str,
-        shown: String,
-        role: SpectrumRole,
-        unit: &'static str,
-        about: &'static str,
-    ) -> Option<Arc<dyn Spectrum>> {
-        self.ask(ParamInfo { name, ty: "spectrum", default: shown, unit, about });
-        let param = self.find(name)?;
-        match param.ty.value {
-            ParamType::Spectrum | ParamType::Rgb | ParamType::Blackbody | ParamType::Tolman | ParamType::Float => {
-                self.build_spectrum(param, role)
-            }
-            other => {
-                self.wrong_type(
-                    param,
-                    &format!("`{name}` takes a spectrum, not a value of the type `{}`", other.word()),
-                    "spectrum",
-                );
-                None
-            }
-        }
-    }
-
     /// Whether the scene gives the parameter `name`.
     pub fn is_given(&self, name: &str) -> bool {
         self.params.iter().any(|p| p.name.value == name)
@@ -501,31 +288,5 @@ impl<'a> Params<'a> {
                 .at(param.ty.span, format!("expected `{expected}`"))
                 .help(format!("write \"{expected} {}\"", param.name.value)),
         );
-    }
-
-    fn build_spectrum(&self, param: &Param, role: SpectrumRole) -> Option<Arc<dyn Spectrum>> {
-        match self.context.spectra.build(param, role, &self.context) {
-            Ok(spectrum) => Some(spectrum),
-            Err(found) => {
-                self.found.borrow_mut().extend(found);
-                None
-            }
-        }
-    }
-}
-
-/// The same value at all wavelengths; stands in where a plugin states a number as its default.
-#[derive(Debug)]
-pub(crate) struct Constant(pub(crate) f32);
-
-impl Spectrum for Constant {
-    fn at(&self, _: f32) -> f32 {
-        self.0
-    }
-    fn max(&self, _: f32, _: f32) -> f32 {
-        self.0
-    }
-    fn is_constant(&self) -> bool {
-        true
     }
 }

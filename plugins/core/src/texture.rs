@@ -157,6 +157,9 @@ impl TextureInput {
     }
 }
 
+/// The type word of a spectrum that may be a texture.
+const SPECTRUM_OR_TEXTURE: &str = "spectrum, texture";
+
 /// Parameters that may be textures.
 impl Params<'_> {
     /// The spectrum or texture `name`; where the scene does not give it, `default` at all wavelengths.
@@ -168,8 +171,8 @@ impl Params<'_> {
         unit: &'static str,
         about: &'static str,
     ) -> SpectrumParameter {
-        let given = self.optional_spectrum_parameter(name, default.to_string(), role, unit, about);
-        given.unwrap_or_else(|| SpectrumParameter::Spectrum(Arc::new(Constant(default))))
+        let texture = self.texture_parameter(name, || default.to_string(), role, unit, about);
+        texture.unwrap_or_else(|| self.untextured(self.spectrum(name, default, role, unit, about)))
     }
 
     /// The spectrum or texture `name`; where the scene does not give it, the built-in spectrum called `default`.
@@ -181,8 +184,8 @@ impl Params<'_> {
         unit: &'static str,
         about: &'static str,
     ) -> SpectrumParameter {
-        let given = self.optional_spectrum_parameter(name, format!("\"{default}\""), role, unit, about);
-        given.unwrap_or_else(|| SpectrumParameter::Spectrum(self.builtin_spectrum(name, default, role)))
+        let texture = self.texture_parameter(name, || format!("\"{default}\""), role, unit, about);
+        texture.unwrap_or_else(|| self.untextured(self.named_spectrum(name, default, role, unit, about)))
     }
 
     /// The spectrum or texture `name`, if the scene gives it; `shown` is the default for the parameter table.
@@ -194,14 +197,36 @@ impl Params<'_> {
         unit: &'static str,
         about: &'static str,
     ) -> Option<SpectrumParameter> {
-        if let Some(texture) = self.texture(name, TextureKind::Spectrum(role)) {
-            self.ask(ParamInfo { name, ty: "spectrum, texture", default: shown, unit, about });
-            let max = if role == SpectrumRole::Reflectance { 1.0 } else { f32::MAX };
-            return texture.map(|texture| SpectrumParameter::Texture { texture, max });
-        }
-        let spectrum = self.optional_spectrum(name, shown, role, unit, about);
-        self.relabel("spectrum, texture");
-        spectrum.map(SpectrumParameter::Spectrum)
+        let texture = self.texture_parameter(name, || shown.clone(), role, unit, about);
+        texture.or_else(|| {
+            let spectrum = self.optional_spectrum(name, shown, role, unit, about);
+            self.relabel(SPECTRUM_OR_TEXTURE);
+            spectrum.map(SpectrumParameter::Spectrum)
+        })
+    }
+
+    /// The texture `name`, if the scene gives one; black, if it is at fault and has been reported.
+    fn texture_parameter(
+        &self,
+        name: &'static str,
+        shown: impl FnOnce() -> String,
+        role: SpectrumRole,
+        unit: &'static str,
+        about: &'static str,
+    ) -> Option<SpectrumParameter> {
+        let texture = self.texture(name, TextureKind::Spectrum(role))?;
+        self.ask(ParamInfo { name, ty: SPECTRUM_OR_TEXTURE, default: shown(), unit, about });
+        let max = if role == SpectrumRole::Reflectance { 1.0 } else { f32::MAX };
+        Some(match texture {
+            Some(texture) => SpectrumParameter::Texture { texture, max },
+            None => SpectrumParameter::Spectrum(Arc::new(Constant(0.0))),
+        })
+    }
+
+    /// The spectrum that has been read last, which might have been a texture.
+    fn untextured(&self, spectrum: Arc<dyn Spectrum>) -> SpectrumParameter {
+        self.relabel(SPECTRUM_OR_TEXTURE);
+        SpectrumParameter::Spectrum(spectrum)
     }
 
     /// The number or texture `name`, which must lie in `range`; of a texture, what lies outside is moved to the range's end.
@@ -256,7 +281,7 @@ impl Params<'_> {
     pub fn texture_input(&self, name: &'static str, default: f32, about: &'static str) -> TextureInput {
         let kind = self.context().named.kind();
         let ty = match kind {
-            TextureKind::Spectrum(_) => "spectrum, texture",
+            TextureKind::Spectrum(_) => SPECTRUM_OR_TEXTURE,
             TextureKind::Float => "float, texture",
         };
         if let Some(texture) = self.texture(name, kind) {

@@ -4,7 +4,7 @@
 //! `cargo bench -p bhs-integrators --bench connections`
 
 use bhs_core::blackhole::{BlackHole, FrameConvention};
-use bhs_integrators::connect::{connect, connect_pair, spread_of};
+use bhs_integrators::connect::{connect, connect_pair, connect_pairs, spread_of};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use std::hint::black_box;
@@ -44,6 +44,14 @@ fn connections(criterion: &mut Criterion) {
     }
     group.bench_function("pair of images 0 and 1", |b| {
         b.iter(|| pairs.iter().map(|&(x, y)| black_box(connect_pair(&hole, x, y, 0)).iter().flatten().count()).sum::<usize>());
+    });
+    group.bench_function("pairs of images 0 and 1, side by side", |b| {
+        let ends: Vec<_> = pairs.iter().map(|&(x, y)| [x, y]).collect();
+        let mut found = vec![[None; 2]; PAIRS];
+        b.iter(|| {
+            connect_pairs(&hole, black_box(&ends), 0, &mut found);
+            found.iter().flatten().flatten().count()
+        });
     });
     group.bench_function("spread of a traced ray", |b| {
         b.iter(|| pairs.iter().filter_map(|&(x, y)| black_box(spread_of(&hole, x, DVec3::X, y, 1.0, 2))).count());

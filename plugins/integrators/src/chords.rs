@@ -100,14 +100,7 @@ impl<'w> Chords<'w> {
 
     /// The chords of an orbit around a hole of radius `rs` that began at the angle 0, from `last` on, which the chord `before` led to unless
     /// the ray begins there.
-    pub(crate) fn on(
-        world: &'w World,
-        rs: f64,
-        plane: OrbitPlane,
-        angle: f64,
-        last: Place,
-        before: Option<DVec3>,
-    ) -> Self {
+    pub(crate) fn on(world: &'w World, rs: f64, plane: OrbitPlane, angle: f64, last: Place, before: Option<DVec3>) -> Self {
         let World { margin, reach, .. } = *world;
         Self {
             world,

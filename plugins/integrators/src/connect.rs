@@ -60,6 +60,36 @@ pub fn connect_pair(hole: &BlackHole, x: DVec3, y: DVec3, turn: u32) -> Connecti
     [near.map(|arc| frame.connection(&arc, images[0])), far.map(|arc| frame.connection(&arc, images[1]))]
 }
 
+/// Pairs of points whose images are solved for side by side.
+const GROUP: usize = 4;
+
+/// [`connect_pair`] of each of `pairs`, written to its place in `found`, for less than the price of one after the other.
+pub fn connect_pairs(hole: &BlackHole, pairs: &[[DVec3; 2]], turn: u32, found: &mut [ConnectionPair]) {
+    const LANES: usize = 2 * GROUP;
+    let images = [2 * turn, 2 * turn + 1];
+    for (pairs, found) in pairs.chunks(GROUP).zip(found.chunks_mut(GROUP)) {
+        // Places without a pair repeat the first one; pairs without a geodesic have the ends of some other one solved.
+        let frames: [Frame; GROUP] = std::array::from_fn(|k| {
+            let [x, y] = pairs[if k < pairs.len() { k } else { 0 }];
+            Frame::new(hole, x, y)
+        });
+        let ends: [_; GROUP] = std::array::from_fn(|k| frames[k].pair.ends());
+        let end = |which: usize| {
+            Lanes::<LANES>(std::array::from_fn(|lane| ends[lane / 2].map_or([0.5, 0.25, -0.125][which], |e| e[which])))
+        };
+        let ends_in_lanes = Ends { u1: end(0), u2: end(1), half_rise: end(2) };
+        let swept = Lanes(std::array::from_fn(|lane| swept_angle(frames[lane / 2].pair.theta, images[lane % 2])));
+        let solved = solve(&ends_in_lanes, swept);
+        for (k, found) in found.iter_mut().enumerate() {
+            *found = std::array::from_fn(|side| {
+                let [u1, u2, _] = ends[k]?;
+                let arc = frames[k].pair.image(images[side], [u1, u2], solved[2 * k + side].as_ref())?;
+                Some(frames[k].connection(&arc, images[side]))
+            });
+        }
+    }
+}
+
 /// Which image a ray is that left `x` in the unit chart direction `direction` and arrived at `y` after the angle `phi`.
 pub fn image_of(hole: &BlackHole, x: DVec3, direction: DVec3, y: DVec3, phi: f64) -> u32 {
     Frame::new(hole, x, y).image_of(direction, phi)
@@ -92,32 +122,45 @@ const LEAST_U: f64 = 1e-30;
 const RADIAL: f64 = 1e-60;
 
 impl Pair {
+    /// rs, or what is put in its place.
     #[inline(always)]
-    fn arcs<const N: usize>(&self, images: [u32; N]) -> [Option<Arc>; N] {
-        let rs = self.rs.max(LEAST_U * self.r1.max(self.r2));
-        let r12 = self.r1 * self.r2;
-        let over = rs / r12;
-        let ends = Ends { u1: self.r2 * over, u2: self.r1 * over, half_rise: -0.5 * self.r_rise * over };
-        if !(ends.u1 > 0.0 && ends.u1 < 1.0 && ends.u2 > 0.0 && ends.u2 < 1.0) {
-            return [None; N];
-        }
-        let swept = Lanes(images.map(|image| swept_angle(self.theta, image)));
-        let solved = solve(&ends, swept);
-        std::array::from_fn(|i| match images[i] {
-            0 if self.theta < RADIAL => self.radial(),
-            0..MOST_IMAGES => solved[i].map(|s| self.arc(rs, &ends, &s)),
-            _ => None,
-        })
+    fn rs(&self) -> f64 {
+        self.rs.max(LEAST_U * self.r1.max(self.r2))
+    }
+
+    /// rs/r1, rs/r2, and half the difference; `None` where no geodesic has its ends.
+    #[inline(always)]
+    fn ends(&self) -> Option<[f64; 3]> {
+        let over = self.rs() / (self.r1 * self.r2);
+        let (u1, u2) = (self.r2 * over, self.r1 * over);
+        (u1 > 0.0 && u1 < 1.0 && u2 > 0.0 && u2 < 1.0).then_some([u1, u2, -0.5 * self.r_rise * over])
     }
 
     #[inline(always)]
-    fn arc(&self, rs: f64, ends: &Ends, solved: &Solved) -> Arc {
-        let Ends { u1, u2, .. } = *ends;
+    fn arcs<const N: usize>(&self, images: [u32; N]) -> [Option<Arc>; N] {
+        let Some([u1, u2, half_rise]) = self.ends() else { return [None; N] };
+        let ends = Ends { u1: Lanes::all(u1), u2: Lanes::all(u2), half_rise: Lanes::all(half_rise) };
+        let solved = solve(&ends, Lanes(images.map(|image| swept_angle(self.theta, image))));
+        std::array::from_fn(|i| self.image(images[i], [u1, u2], solved[i].as_ref()))
+    }
+
+    /// Image number `image`, of which the orbit is known.
+    #[inline(always)]
+    fn image(&self, image: u32, ends: [f64; 2], solved: Option<&Solved>) -> Option<Arc> {
+        match image {
+            0 if self.theta < RADIAL => self.radial(),
+            0..MOST_IMAGES => solved.map(|s| self.arc(ends, s)),
+            _ => None,
+        }
+    }
+
+    #[inline(always)]
+    fn arc(&self, [u1, u2]: [f64; 2], solved: &Solved) -> Arc {
         let Solved { v1, v2, stretch, steps } = *solved;
         // 1/sin(alpha)^2 = 1 + (v1/u1)^2.
         let (q1, q2) = (u1 * u1 + v1 * v1, u2 * u2 + v2 * v2);
         let (i1, i2) = (1.0 / q1.sqrt(), 1.0 / q2.sqrt());
-        let scale = rs / (u1 * u2);
+        let scale = self.rs() / (u1 * u2);
         Arc {
             launch: DVec2::new(-v1 * i1, u1 * i1),
             arrival: DVec2::new(-v2 * i2, u2 * i2),

@@ -16,13 +16,22 @@ impl<const N: usize> Lanes<N> {
     /// `f` of every lane.
     #[inline(always)]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(self.0.map(f))
+        // Loops, which become operations on all lanes.
+        let mut values = self.0;
+        for v in &mut values {
+            *v = f(*v);
+        }
+        Self(values)
     }
 
     /// `f` of the lanes of two.
     #[inline(always)]
     pub fn zip(self, o: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], o.0[i])))
+        let mut values = self.0;
+        for (v, o) in values.iter_mut().zip(o.0) {
+            *v = f(*v, o);
+        }
+        Self(values)
     }
 
     /// Square roots.

@@ -71,7 +71,7 @@ impl SkyEnds {
         if self.u >= 1.0 || self.u.is_nan() {
             return [None; N];
         }
-        let ends = Ends { u1: self.u, u2: 0.0, half_rise: -0.5 * self.u };
+        let ends = Ends { u1: Lanes::all(self.u), u2: Lanes::all(0.0), half_rise: Lanes::all(-0.5 * self.u) };
         solve(&ends, Lanes(images.map(|image| swept_angle(self.theta, image))))
     }
 

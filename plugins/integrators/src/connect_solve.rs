@@ -23,15 +23,15 @@
 use crate::connect_lanes::Lanes;
 use std::f64::consts::PI;
 
-/// What is wanted: all in units of the Schwarzschild radius.
+/// What is wanted, of several orbits: all in units of the Schwarzschild radius.
 #[derive(Clone, Copy, Debug)]
-pub struct Ends {
+pub struct Ends<const N: usize> {
     /// rs/r where the orbit starts, in (0, 1).
-    pub u1: f64,
+    pub u1: Lanes<N>,
     /// rs/r where it ends, in (0, 1).
-    pub u2: f64,
+    pub u2: Lanes<N>,
     /// (u2 - u1)/2, which the caller may know better than as a difference.
-    pub half_rise: f64,
+    pub half_rise: Lanes<N>,
 }
 
 /// The orbit that was found.
@@ -163,10 +163,10 @@ const MOST_STEPS: u32 = 16;
 /// with its cubic term expanded to second order around the same depth. Within 6e-3 for all swept angles up to 2 pi, and far
 /// better for most; beyond 2 pi the sum alone is as good.
 #[inline(always)]
-fn guess<const N: usize>(swing: &Swing<N>, half_angle: Lanes<N>, ends: &Ends) -> (Lanes<N>, Lanes<N>) {
+fn guess<const N: usize>(swing: &Swing<N>, half_angle: Lanes<N>, ends: &Ends<N>) -> (Lanes<N>, Lanes<N>) {
     let decay = half_angle.map(|h| (-h).exp());
     // One end's part of w in the middle.
-    let depth = |u: f64| {
+    let depth = |u: Lanes<N>| {
         let root = (u + 1.0 / 3.0).sqrt();
         let a = (1.0 + root) + decay * (1.0 - root);
         decay * (4.0 * (u - U_CRITICAL)) * (a * a).recip()
@@ -200,7 +200,7 @@ fn positive_root(p2: f64, p1: f64, p0: f64) -> f64 {
 
 /// The orbits from `ends.u1` to `ends.u2` that sweep the angles `swept` (positive); `None` where none was found.
 #[inline(always)]
-pub fn solve<const N: usize>(ends: &Ends, swept: Lanes<N>) -> [Option<Solved>; N] {
+pub fn solve<const N: usize>(ends: &Ends<N>, swept: Lanes<N>) -> [Option<Solved>; N] {
     let half_angle = 0.5 * swept;
     let swing = Swing::new(half_angle);
     let sum = 0.5 * (ends.u1 + ends.u2);
@@ -208,6 +208,7 @@ pub fn solve<const N: usize>(ends: &Ends, swept: Lanes<N>) -> [Option<Solved>; N
     let small = if half_angle.0.into_iter().any(|h| h > PI) { SMALL_WINDING } else { SMALL };
     let (mut u, mut c) = guess(&swing, half_angle, ends);
     let mut steps = 0;
+    let mut found = [None; N];
     loop {
         steps += 1;
         let (y, y_c) = swing.at(c);
@@ -239,18 +240,33 @@ pub fn solve<const N: usize>(ends: &Ends, swept: Lanes<N>) -> [Option<Solved>; N
         let size = (du * du).zip(scale, |s, m| s - small * small * m).zip(dc.zip(scale, |s, m| s.abs() - small * m), f64::max);
         u = u + du;
         c = c + dc;
-        if size.0.into_iter().all(|s| s <= 0.0) || steps == MOST_STEPS {
-            let y = y + y_c * dc;
-            let finish = |i: usize| {
-                let middle = Middle { u: u.0[i], c: c.0[i], y: y.0[i], determinant: det.0[i], steps };
-                (size.0[i] <= 0.0).then_some(middle).and_then(|m| m.solved(ends, swept.0[i]))
-            };
-            return std::array::from_fn(finish);
+        let y = y + y_c * dc;
+        // Each orbit keeps what it has when it is found, whatever the others still need.
+        let mut all = true;
+        for i in 0..N {
+            if found[i].is_none() && size.0[i] <= 0.0 {
+                found[i] = Some(Middle { u: u.0[i], c: c.0[i], y: y.0[i], determinant: det.0[i], steps });
+            }
+            all &= found[i].is_some();
+        }
+        if all || steps == MOST_STEPS {
+            return std::array::from_fn(|i| {
+                let (u1, u2, half_rise) = (ends.u1.0[i], ends.u2.0[i], ends.half_rise.0[i]);
+                found[i].and_then(|m| m.solved(&End { u1, u2, half_rise }, swept.0[i]))
+            });
         }
     }
 }
 
+/// [`Ends`] of one orbit.
+struct End {
+    u1: f64,
+    u2: f64,
+    half_rise: f64,
+}
+
 /// An orbit by its middle.
+#[derive(Clone, Copy)]
 struct Middle {
     u: f64,
     c: f64,
@@ -263,7 +279,7 @@ struct Middle {
 impl Middle {
     /// The ends; `None` if this is not an orbit outside the hole from one to the other.
     #[inline(always)]
-    fn solved(&self, ends: &Ends, swept: f64) -> Option<Solved> {
+    fn solved(&self, ends: &End, swept: f64) -> Option<Solved> {
         let Self { u, c, y, .. } = *self;
         let q = c * y * y * y;
         let dy2 = y * (1.0 - y + q);
@@ -292,7 +308,7 @@ impl Middle {
 
     /// Whether the way from one end to the other leads neither through infinity nor through the centre. The equations
     /// have such solutions too: U(phi) is periodic.
-    fn is_whole(&self, ends: &Ends, v1: f64, v2: f64) -> bool {
+    fn is_whole(&self, ends: &End, v1: f64, v2: f64) -> bool {
         let (up1, down1) = (v1 > -SIGN_NOISE * ends.u1, v1 < SIGN_NOISE * ends.u1);
         let (up2, down2) = (v2 > -SIGN_NOISE * ends.u2, v2 < SIGN_NOISE * ends.u2);
         let one_way = if ends.half_rise >= 0.0 { up1 && up2 } else { down1 && down2 };

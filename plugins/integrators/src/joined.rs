@@ -5,10 +5,9 @@
 //! precise as the chords, and its points cost a tenth of those of the closed form.
 
 use crate::chords::{Chords, chord_angle};
-use crate::connect::{MOST_IMAGES, connect_pair, spread_of};
+use crate::connect::{MOST_IMAGES, connect_pair, connect_pairs, spread_of};
 use crate::connect_sky::{connect_sky, spread_sky};
 use crate::flight::Tolerance;
-use bhs_core::lanes::LANES;
 use crate::orbit::{Dense, Fate, OrbitPlane, Stepper};
 use crate::packet::{Course, End, follow};
 use crate::straight::Straight;
@@ -16,6 +15,7 @@ use crate::taylor::TaylorOrbit;
 use arrayvec::ArrayVec;
 use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::{ConnectionPair, Connections, Sight, SurfaceHit};
+use bhs_core::lanes::LANES;
 use bhs_core::params::Params;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
@@ -66,6 +66,13 @@ impl Connections for Joined {
         match hole(world) {
             Some(hole) => connect_pair(hole, x, y, turn),
             None => Straight.connect(world, x, y, turn),
+        }
+    }
+
+    fn connect_all(&self, world: &World, pairs: &[[DVec3; 2]], turn: u32, found: &mut [ConnectionPair]) {
+        match hole(world) {
+            Some(hole) => connect_pairs(hole, pairs, turn, found),
+            None => Straight.connect_all(world, pairs, turn, found),
         }
     }
 

@@ -1,7 +1,8 @@
 //! How light travels: the integrators of light rays. One file, one plugin.
 //!
 //! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`
-//! and `refine` (from steps to hits), `flight` (one ray from start to end; `micro_steps` is the plain way), `connect` and `joined`
+//! and `refine` (from steps to hits), `flight` (one ray from start to end; `micro_steps` is the plain way), `packet` with `packet_orbit`,
+//! `packet_leaps` and `packet_hits` (several rays side by side), `connect` and `joined`
 //! (rays between two points), `connect_sky` (rays to a direction of the sky), `double` and `polynomial` (arithmetic).
 
 pub mod chords;
@@ -17,6 +18,7 @@ mod micro_steps;
 pub mod orbit;
 mod packet;
 mod packet_hits;
+mod packet_leaps;
 mod packet_orbit;
 mod polynomial;
 pub mod refine;
@@ -41,6 +43,6 @@ pub const ALL: &[Plugin<dyn Integrator>] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_sky", "connect_solve", "double", "flight", "joined", "micro_steps", "orbit", "packet", "packet_hits", "packet_orbit", "polynomial",
+        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_sky", "connect_solve", "double", "flight", "joined", "micro_steps", "orbit", "packet", "packet_hits", "packet_leaps", "packet_orbit", "polynomial",
             "refine", "taylor"]);
 }

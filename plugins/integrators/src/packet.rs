@@ -4,26 +4,17 @@
 //! one. Whatever is out of the ordinary (a hit that is not where the chord has it, an analytic surface, a ray along the radius) is left to
 //! the code for one ray. What becomes of a ray does not depend on those beside it.
 
-use crate::chords::{Chords, LONGEST, NEARBY, OVERLAP, Place, ROUNDING, SPLITS, Span, WORTHWHILE};
-use bhs_core::lanes::{LANES, Lanes, Vectors, first, none, of_bits, pick, set_bits};
+use crate::chords::{Chords, NEARBY, Place};
 use crate::orbit::Dense;
 use crate::packet_hits::{Asked, Hits};
 use crate::packet_orbit::{Planes, Polars, Steps, errors};
 use bhs_core::blackhole::BlackHole;
-use bhs_core::geometry::{Aabb, Segment};
+use bhs_core::geometry::Aabb;
 use bhs_core::integrator::SurfaceHit;
+use bhs_core::lanes::{LANES, Lanes, Vectors, first, none, of_bits, pick, set_bits};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
-
-/// Longest leap through free space, in radians: the gap between it and its chord is not to be large beside free space.
-const LONGEST_LEAP: f64 = 0.8;
-
-/// Chords of this angle (rad) are long.
-const LONG: f64 = 0.5;
-
-/// Free space that is worth a look, in cells of the grid.
-const ENOUGH: f64 = 0.25;
 
 /// A ray to be followed.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +84,7 @@ pub(crate) struct Packet<'w> {
     u_bound: f64,
     pub planes: Planes,
     /// Largest angles of chords (rad).
-    angle: Lanes,
+    pub angle: Lanes,
     /// Where the next chords begin.
     pub last: Places,
     /// The last chords, and of which rays there is one.
@@ -144,7 +135,7 @@ impl Packet<'_> {
                 return;
             }
             log.counters.steps += count;
-           
+
             let mut steps = Steps::from(self.rs, &start, error);
             let there = steps.limit(limit);
             let captured = underway & steps.captured(self.rs);
@@ -152,9 +143,9 @@ impl Packet<'_> {
                 steps.end_at_horizon(self.rs, i);
             }
             let hit = self.meet(&steps, underway, log);
-            underway = underway & !hit;
+            underway &= !hit;
             self.end(&steps, underway, there, captured);
-            underway = underway & !(there | captured | steps.escaped());
+            underway &= !(there | captured | steps.escaped());
             start = steps.end;
         }
         for i in set_bits(underway.to_bitmask()) {
@@ -201,59 +192,31 @@ impl Packet<'_> {
         // Those whose chords have met something, and what it was.
         let (mut touched, mut met) = (none(), none());
         let mut hits = Hits::default();
-        // Distance covered per radian on the last stretch; on the first one of a step, where it begins.
-        let mut pace = u.mul_add(u, du * du).sqrt() / (u * u);
         loop {
-            let chords = self.leaps(steps, &mut going, &mut pace, log);
+            let chords = self.leaps(steps, &mut going, log);
             if chords.none() {
                 // Nobody goes on: time to find out about the hits. Where there was none after all, the ray does.
                 if touched.none() {
                     return met;
                 }
-               
-               
+
                 let arrived = self.settle(steps, &hits, log);
-                met = met | arrived;
+                met |= arrived;
                 going = touched & !arrived;
                 touched = none();
                 hits.clear();
                 continue;
             }
-           
-           
-            let meets = self.chords(steps, chords, &mut going, &mut pace, &mut hits, log);
-            touched = touched | meets;
-            going = going & !meets;
-        }
-    }
 
-    /// Takes those rays that are `going` through free space as far as it reaches. Which of them have to go on by chords.
-    #[inline(always)]
-    fn leaps(&mut self, steps: &Steps, going: &mut Lanes, pace: &mut Lanes, log: &mut TraceLog) -> Lanes {
-        let mut chords = none();
-        loop {
-            *going = *going & self.last.phi.simd_lt(steps.end.phi) & self.last.u.simd_gt(none());
-            let leaping = *going & !chords;
-            if leaping.none() {
-                return *going;
-            }
-           
-           
-            chords = chords | (leaping & !self.leap(steps, leaping, pace, log));
+            let meets = self.chords(steps, chords, &mut going, &mut hits, log);
+            touched |= meets;
+            going &= !meets;
         }
     }
 
     /// Goes on by a chord with each of `rays`. Which of them meet something: what, is noted in `hits`.
     #[inline(always)]
-    fn chords(
-        &mut self,
-        steps: &Steps,
-        rays: Lanes,
-        going: &mut Lanes,
-        pace: &mut Lanes,
-        hits: &mut Hits,
-        log: &mut TraceLog,
-    ) -> Lanes {
+    fn chords(&mut self, steps: &Steps, rays: Lanes, going: &mut Lanes, hits: &mut Hits, log: &mut TraceLog) -> Lanes {
         let c = Lanes::splat;
         // Chords of equal angle to the end of the step.
         let (from, end) = (self.last, steps.end.phi);
@@ -264,85 +227,20 @@ impl Packet<'_> {
         self.last = to.or(&from, rays);
         // Of those that leave for infinity nothing is left to ask.
         let asking = rays & until.u.simd_gt(c(0.0));
-        *going = *going & (asking | !rays);
+        *going &= asking | !rays;
         let way = until.points - from.points;
         let swept = until.phi - from.phi;
         let length = way.length_squared().sqrt();
-        *pace = pick(asking, length / swept, *pace);
         let asked = Asked { from, to: until, way, length, swept, before: self.before, has_before: self.has_before };
         let meets = of_bits(self.ask(&asked, asking, hits, log));
         self.before = way.or(self.before, asking);
-        self.has_before = self.has_before | asking;
+        self.has_before |= asking;
         meets
-    }
-
-    /// Takes those of `rays` that can through free space, as far as it reaches but no farther than a long chord. Which of them got on by
-    /// more than a share of a chord.
-    ///
-    /// From ball to ball of free space along the long chord, as the light goes through the middles of the balls but for the gap between chord
-    /// and orbit (sphere tracing; Hart 1996): each ball is known from one look at the grid, and the orbit's place only at the end.
-    #[inline(always)]
-    fn leap(&mut self, steps: &Steps, rays: Lanes, pace: &mut Lanes, log: &mut TraceLog) -> Lanes {
-        let c = Lanes::splat;
-        let Some(clearance) = self.world.clearance.as_ref() else { return none() };
-        let end = steps.end.phi;
-        // A long chord takes no longer than a look around.
-        let rays = rays & (self.angle.simd_lt(c(LONG)) | (end - self.last.phi).simd_gt(self.angle));
-        if rays.none() {
-            return rays;
-        }
-        let around = clearance.at_each(self.last.points);
-        let mut trying = rays & around.simd_gt(c(0.0));
-        if trying.none() {
-            return trying;
-        }
-        let least = c(WORTHWHILE) * self.angle.fast_min(end - self.last.phi);
-        let phi = (self.last.phi + c(LONGEST_LEAP)).fast_min(end);
-        let to = self.places(steps, phi);
-        trying = trying & to.u.simd_gt(c(0.0));
-        let (way, swept) = (to.points - self.last.points, phi - self.last.phi);
-        let length = way.length_squared().sqrt();
-        let per_length = c(1.0) / length;
-        // Twice what the gap is expected to be.
-        let gap = c(3.0 / 8.0 * self.rs) * swept * swept;
-        let enough = c(ENOUGH * clearance.cell());
-        // How far along the chord the ball around the last point reaches. The gap grows no faster than with four times the share of the way.
-        let reach = |covered: Lanes, free: Lanes| {
-            c(1.0 - ROUNDING) * free - gap * (c(4.0) * (covered + free) * per_length).fast_min(c(1.0))
-        };
-        let (mut covered, mut ahead) = (c(0.0), reach(c(0.0), around));
-        let mut marching = trying;
-        loop {
-            marching = marching & ahead.simd_gt(enough) & covered.simd_lt(length);
-            if marching.none() {
-                break;
-            }
-            covered = pick(marching, covered + ahead, covered);
-            ahead = reach(covered, clearance.at_each(self.last.points.plus(way, covered * per_length)));
-        }
-        // Where the orbit is there: its angle by that of the chord's point.
-        let whole = covered.simd_ge(length);
-        let got = self.last.points.plus(way, covered * per_length);
-        let stretch = trying & !whole;
-        let mut to = to;
-        if stretch.any() {
-            let turned = self.planes.angles(self.last.points, got);
-            let part = self.places(steps, self.last.phi + turned.fast_min(swept));
-            to = part.or(&to, stretch);
-        }
-        let leaped = trying & (to.phi - self.last.phi).simd_ge(least);
-        let chord = to.points - self.last.points;
-        self.before = chord.or(self.before, leaped);
-        *pace = pick(leaped, chord.length_squared().sqrt() / (to.phi - self.last.phi), *pace);
-        self.last = to.or(&self.last, leaped);
-        self.has_before = self.has_before | leaped;
-        log.counters.leaps += u64::from(leaped.to_bitmask().count_ones());
-        leaped
     }
 
     /// The places at the angles `phi`.
     #[inline(always)]
-    fn places(&self, steps: &Steps, phi: Lanes) -> Places {
+    pub(crate) fn places(&self, steps: &Steps, phi: Lanes) -> Places {
         let (u, cos, sin) = steps.place(phi);
         Places { phi, u, points: self.planes.points(u, cos, sin) }
     }
@@ -371,51 +269,8 @@ impl Packet<'_> {
     }
 
     /// The chords of ray number `i` alone, from `last`.
-    fn alone(&self, i: usize, last: Place, before: Option<DVec3>) -> Chords<'_> {
+    pub(crate) fn alone(&self, i: usize, last: Place, before: Option<DVec3>) -> Chords<'_> {
         Chords::on(self.world, self.rs, self.planes.lane(i), self.angle.to_array()[i], last, before)
-    }
-
-    /// Asks what the chords of `rays` meet, and notes it in `hits`. Bits of those that meet something.
-    #[inline(always)]
-    fn ask(&self, asked: &Asked, rays: Lanes, hits: &mut Hits, log: &mut TraceLog) -> u32 {
-        let c = Lanes::splat;
-        let overlap = |p: &Vectors| c(OVERLAP) * p.largest() / asked.length;
-        let t_min = pick(asked.has_before, -overlap(&asked.from.points), c(0.0)).to_array();
-        let t_max = (c(1.0) + overlap(&asked.to.points)).to_array();
-        let within = (self.contains(&asked.from.points) & self.contains(&asked.to.points)).to_bitmask();
-        let ([x, y, z], [dx, dy, dz]) = (asked.from.points.to_arrays(), asked.way.to_arrays());
-        let mut meets = 0;
-        for i in set_bits((rays & asked.length.simd_gt(c(0.0))).to_bitmask()) {
-            let (from, way) = (DVec3::new(x[i], y[i], z[i]), DVec3::new(dx[i], dy[i], dz[i]));
-            let range =
-                if within >> i & 1 == 1 { Some((t_min[i], t_max[i])) } else { self.bounds.clip(from, way, t_min[i], t_max[i]) };
-            let Some((enter, leave)) = range else {
-                log.counters.chords_skipped += 1;
-                continue;
-            };
-            log.counters.queries += 1;
-            let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
-            if let Some(hit) = self.world.intersector.closest(&segment) {
-                hits.note(self.world, i, segment, enter, hit);
-                meets |= 1 << i;
-            }
-        }
-        hits.keep(asked, of_bits(meets));
-        meets
-    }
-
-    /// What has become of what chords have met: which rays have arrived there.
-    fn settle(&mut self, steps: &Steps, hits: &Hits, log: &mut TraceLog) -> Lanes {
-        let plain = self.plain_hits(steps, hits, log);
-        let mut arrived = plain;
-        for i in set_bits(hits.touched & !plain) {
-           
-            if let Some(hit) = self.settle_alone(steps, hits, i, log) {
-                self.arrive(i, hit, log.phi, log);
-                arrived |= 1 << i;
-            }
-        }
-        of_bits(arrived)
     }
 
     /// Ray number `i` has arrived at `hit` after sweeping `phi`.
@@ -424,22 +279,4 @@ impl Packet<'_> {
         self.ends[i] = (End::Surface(hit), phi);
         log.counters.hit += 1;
     }
-
-    /// What has become of the hit of ray number `i`, which is not as most are.
-    #[cold]
-    fn settle_alone(&self, steps: &Steps, hits: &Hits, i: usize, log: &mut TraceLog) -> Option<SurfaceHit> {
-        let asked = &hits.asked;
-        let (from, to) = (asked.from.lane(i), asked.to.lane(i));
-        let before = (asked.has_before.to_bitmask() >> i & 1 == 1).then(|| asked.before.lane(i));
-        self.alone(i, from, before).settle(&steps.lane(i), &Span { from, to, before }, hits.chord(i), SPLITS, log)
-    }
-
-    /// Which points lie within the box around all surfaces.
-    #[inline(always)]
-    fn contains(&self, p: &Vectors) -> Lanes {
-        let (min, max) = (Vectors::all(self.bounds.min), Vectors::all(self.bounds.max));
-        let between = |p: Lanes, min: Lanes, max: Lanes| p.simd_ge(min) & p.simd_le(max);
-        between(p.x, min.x, max.x) & between(p.y, min.y, max.y) & between(p.z, min.z, max.z)
-    }
 }
-

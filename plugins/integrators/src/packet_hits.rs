@@ -1,13 +1,13 @@
-//! Plain hits of chords on facets, side by side: [`crate::refine`] and `Chords::plain_hit` in lanes.
+//! What chords meet, side by side: questions to the intersector, and plain hits on facets ([`crate::refine`] and `Chords::plain_hit` in lanes).
 
-use crate::chords::OVERLAP;
-use bhs_core::lanes::{LANES, Lanes, Vectors, none, of_bits, pick, set_bits};
+use crate::chords::{OVERLAP, SPLITS, Span};
 use crate::packet::{Packet, Places};
 use crate::packet_orbit::{Polars, Steps};
 use crate::refine::SMALL;
 use bhs_core::geometry::Segment;
 use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::PrimitiveHit;
+use bhs_core::lanes::{LANES, Lanes, Vectors, none, of_bits, pick, set_bits};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::{DVec2, DVec3};
@@ -119,10 +119,69 @@ impl Hits {
 }
 
 impl Packet<'_> {
+    /// Asks what the chords of `rays` meet, and notes it in `hits`. Bits of those that meet something.
+    #[inline(always)]
+    pub(crate) fn ask(&self, asked: &Asked, rays: Lanes, hits: &mut Hits, log: &mut TraceLog) -> u32 {
+        let c = Lanes::splat;
+        let overlap = |p: &Vectors| c(OVERLAP) * p.largest() / asked.length;
+        let t_min = pick(asked.has_before, -overlap(&asked.from.points), c(0.0)).to_array();
+        let t_max = (c(1.0) + overlap(&asked.to.points)).to_array();
+        let within = (self.contains(&asked.from.points) & self.contains(&asked.to.points)).to_bitmask();
+        let ([x, y, z], [dx, dy, dz]) = (asked.from.points.to_arrays(), asked.way.to_arrays());
+        let mut meets = 0;
+        for i in set_bits((rays & asked.length.simd_gt(c(0.0))).to_bitmask()) {
+            let (from, way) = (DVec3::new(x[i], y[i], z[i]), DVec3::new(dx[i], dy[i], dz[i]));
+            let range =
+                if within >> i & 1 == 1 { Some((t_min[i], t_max[i])) } else { self.bounds.clip(from, way, t_min[i], t_max[i]) };
+            let Some((enter, leave)) = range else {
+                log.counters.chords_skipped += 1;
+                continue;
+            };
+            log.counters.queries += 1;
+            let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
+            if let Some(hit) = self.world.intersector.closest(&segment) {
+                hits.note(self.world, i, segment, enter, hit);
+                meets |= 1 << i;
+            }
+        }
+        hits.keep(asked, of_bits(meets));
+        meets
+    }
+
+    /// What has become of what chords have met: which rays have arrived there.
+    pub(crate) fn settle(&mut self, steps: &Steps, hits: &Hits, log: &mut TraceLog) -> Lanes {
+        let plain = self.plain_hits(steps, hits, log);
+        let mut arrived = plain;
+        for i in set_bits(hits.touched & !plain) {
+            if let Some(hit) = self.settle_alone(steps, hits, i, log) {
+                self.arrive(i, hit, log.phi, log);
+                arrived |= 1 << i;
+            }
+        }
+        of_bits(arrived)
+    }
+
+    /// What has become of the hit of ray number `i`, which is not as most are.
+    #[cold]
+    fn settle_alone(&self, steps: &Steps, hits: &Hits, i: usize, log: &mut TraceLog) -> Option<SurfaceHit> {
+        let asked = &hits.asked;
+        let (from, to) = (asked.from.lane(i), asked.to.lane(i));
+        let before = (asked.has_before.to_bitmask() >> i & 1 == 1).then(|| asked.before.lane(i));
+        self.alone(i, from, before).settle(&steps.lane(i), &Span { from, to, before }, hits.chord(i), SPLITS, log)
+    }
+
+    /// Which points lie within the box around all surfaces.
+    #[inline(always)]
+    fn contains(&self, p: &Vectors) -> Lanes {
+        let (min, max) = (Vectors::all(self.bounds.min), Vectors::all(self.bounds.max));
+        let between = |p: Lanes, min: Lanes, max: Lanes| p.simd_ge(min) & p.simd_le(max);
+        between(p.x, min.x, max.x) & between(p.y, min.y, max.y) & between(p.z, min.z, max.z)
+    }
+
     /// Settles those hits on facets that are as most are: ahead of where the chord begins, near to where the orbit meets the facet itself. Bits
     /// of the rays that had such.
     #[inline]
-    pub(crate) fn plain_hits(&mut self, steps: &Steps, hits: &Hits, log: &mut TraceLog) -> u32 {
+    fn plain_hits(&mut self, steps: &Steps, hits: &Hits, log: &mut TraceLog) -> u32 {
         let c = Lanes::splat;
         let Asked { from, to, way, length, swept, .. } = &hits.asked;
         let t = Lanes::from(hits.t);
@@ -157,7 +216,7 @@ impl Packet<'_> {
             plain = plain & better.simd_gt(from.phi - beyond) & better.simd_lt(to.phi + beyond);
             let last = change.abs().simd_le(small);
             if attempt + 1 == CORRECTIONS || (plain & !last).none() {
-                plain = plain & last;
+                plain &= last;
                 orbit = orbit.moved(self.rs, change);
                 break;
             }

@@ -1,9 +1,9 @@
 //! Taylor steps of several orbits side by side: `taylor.rs` in lanes.
 
-use bhs_core::lanes::{LANES, Lanes, Vectors, pick, set_bits};
 use crate::orbit::{Dense, OVERSHOOT, OrbitPlane, Polar, State};
 use crate::polynomial::{TERMS, cos_sin, small_arc_tangent, value, value_and_slope};
 use crate::taylor::{LONGEST, LONGEST_POWER, SAFETY, TaylorStep, coefficients, root};
+use bhs_core::lanes::{LANES, Lanes, Vectors, pick, set_bits};
 use glam::DVec3;
 
 /// States of orbits, with cosines and sines of their angles.
@@ -82,15 +82,17 @@ impl Planes {
         let c = Lanes::splat;
         let one = c(1.0);
         let from_center = origin - Vectors::all(center);
-        let u = one / from_center.length_squared().sqrt();
-        let e1 = from_center * u;
-        let cos = direction.dot(e1);
-        let across = direction.plus(e1, -cos);
-        let across = across.plus(e1, -across.dot(e1));
-        let sin = across.length_squared().sqrt();
-        let per_sin = one / sin;
-        let start = Polars { phi: c(0.0), u, du: -cos * u * per_sin, cos: one, sin: c(0.0) };
-        (Self { center, e1, e2: across * per_sin }, start, sin.simd_gt(c(LEAST_SINE)) & u.simd_gt(c(0.0)))
+        // Rounded as those of one ray, operation by operation: critical orbits feel that.
+        let dot = |a: Vectors, b: Vectors| a.x * b.x + a.y * b.y + a.z * b.z;
+        let r0 = dot(from_center, from_center).sqrt();
+        let e1 = from_center.over(r0);
+        let cos = dot(direction, e1);
+        let across = direction - e1 * cos;
+        let across = across - e1 * dot(across, e1);
+        let sin = dot(across, across).sqrt();
+        let start = Polars { phi: c(0.0), u: one / r0, du: -cos / (sin * r0), cos: one, sin: c(0.0) };
+        let e2 = across.over(sin);
+        (Self { center, e1, e2 }, start, sin.simd_gt(c(LEAST_SINE)) & start.u.simd_gt(c(0.0)))
     }
 
     /// The points at 1/r = `u`, where cosine and sine of the angle are these.
@@ -186,7 +188,7 @@ impl Steps {
         for _ in 0..MOST_CORRECTIONS {
             let (u, du) = value_and_slope(&self.c, t);
             let change = u / du;
-            t = t - change;
+            t -= change;
             right = change.abs().simd_le(c(1e-8) * width) & t.simd_ge(c(0.0)) & t.simd_le(width);
             if (right | !self.escaped()).all() {
                 break;

@@ -18,13 +18,13 @@
 
 use crate::flight::{Flight, Tolerance, static_observer};
 use crate::joined::{Chord, Joined, read_turns};
-use bhs_core::lanes::LANES;
 use crate::packet::{Course, End, follow};
 use crate::taylor::TaylorOrbit;
 use arrayvec::ArrayVec;
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
+use bhs_core::lanes::LANES;
 use bhs_core::params::Params;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;

@@ -9,7 +9,7 @@ mod tracing;
 use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::Connection;
 use bhs_integrators::closed_form::ClosedForm;
-use bhs_integrators::connect::{MOST_IMAGES, connect, connect_pair, join, swept_angle};
+use bhs_integrators::connect::{MOST_IMAGES, connect, connect_pair, connect_pairs, join, swept_angle};
 use bhs_integrators::orbit::{OrbitPlane, State};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -45,6 +45,34 @@ fn launch_directions_lead_to_the_other_point() {
         "{n} pairs: worst miss {:.1e} (image 0), {:.1e} (image 1) of the larger distance, {beyond} beyond 1e-9; worst turn {worst_turn:.1e}",
         worst[0], worst[1]
     );
+}
+
+#[test]
+fn several_pairs_have_the_connections_of_each() {
+    let hole = hole(0.5);
+    let mut random = Random(21);
+    for count in 0..40 {
+        let mut pairs: Vec<[DVec3; 2]> = (0..count)
+            .map(|_| {
+                let (r1, r2, theta) = (hole.rs * random.radius(), hole.rs * random.radius(), random.angle());
+                pair(&mut random, hole.center, r1, r2, theta).into()
+            })
+            .collect();
+        // Among them some that nothing joins, and one along the radius.
+        for (i, odd) in pairs.iter_mut().enumerate().skip(count % 7).step_by(5) {
+            odd[i % 2] = hole.center + DVec3::X * 0.3;
+        }
+        if let Some([x, y]) = pairs.last_mut() {
+            *y = hole.center + (*x - hole.center) * 2.0;
+        }
+        for turn in 0..2 {
+            let mut found = vec![[None; 2]; count];
+            connect_pairs(&hole, &pairs, turn, &mut found);
+            for ([x, y], found) in pairs.iter().zip(found) {
+                assert_eq!(found, connect_pair(&hole, *x, *y, turn), "{x} {y}");
+            }
+        }
+    }
 }
 
 #[test]

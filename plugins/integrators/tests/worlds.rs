@@ -5,7 +5,7 @@ mod common;
 mod random;
 
 use bhs_core::blackhole::BlackHole;
-use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::integrator::{Arrival, Integrator, Ray, Sight, Traced};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use bhs_integrators::closed_form::ClosedForm;
@@ -20,17 +20,28 @@ use std::ops::AddAssign;
 fn trace(integrator: &dyn Integrator, world: &World, ray: &Ray) -> End {
     let mut log = TraceLog::default();
     let arrival = integrator.trace(world, ray, &mut log);
+    checked(ray, Traced { arrival, phi: log.phi })
+}
+
+/// The same of many rays at once.
+fn trace_all(integrator: &dyn Integrator, world: &World, rays: &[Ray]) -> Vec<End> {
+    let mut traced = vec![Traced { arrival: Arrival::Hole, phi: 0.0 }; rays.len()];
+    integrator.trace_all(world, rays, &mut traced, &mut TraceLog::default());
+    rays.iter().zip(traced).map(|(ray, end)| checked(ray, end)).collect()
+}
+
+fn checked(ray: &Ray, Traced { arrival, phi }: Traced) -> End {
     let finite = match &arrival {
         Arrival::Surface(h) => h.point.is_finite() && h.direction.is_normalized() && h.barycentric.is_finite(),
         Arrival::Sky(d) => d.is_normalized(),
         _ => true,
     };
-    assert!(finite && log.phi.is_finite(), "{ray:?}: {arrival:?} {log:?}");
-    End { arrival, phi: log.phi }
+    assert!(finite && phi.is_finite(), "{ray:?}: {arrival:?} {phi}");
+    End { arrival, phi }
 }
 
 /// Integrators that are held against the exact one.
-const NAMES: [&str; 2] = ["adaptive", "rk4"];
+const NAMES: [&str; 3] = ["adaptive", "adaptive, side by side", "rk4"];
 
 /// How many rays arrived where. Sums do not depend on the order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,9 +51,9 @@ struct Tally {
     /// By what the exact integrator says: surface, sky, hole, given up.
     ends: [u64; 4],
     /// Rays that end otherwise than the exact ones, by kind, for each of [`NAMES`]: those that pass an edge within the tolerance.
-    edges: [[u64; 4]; 2],
+    edges: [[u64; 4]; 3],
     /// Likewise, but those whose impact parameter is critical to within the integrator's error.
-    critical: [[u64; 4]; 2],
+    critical: [[u64; 4]; 3],
     /// Rays that end as they must not.
     faults: u64,
 }
@@ -61,11 +72,11 @@ impl AddAssign for Tally {
 }
 
 /// Relative distance from `epsilon` = 0, the critical orbit, within which rounding or the steps' error decide how a ray ends.
-const CRITICAL: [f64; 2] = [1e-11, 1e-8];
+const CRITICAL: [f64; 3] = [1e-11, 1e-11, 1e-8];
 
 /// Error of epsilon that the steps make, where the integrator does not choose them for the ray: it turns the ray by as much as
 /// epsilon changes, relative to itself.
-const STEPPED: [f64; 2] = [0.0, 1e-9];
+const STEPPED: [f64; 3] = [0.0, 0.0, 1e-9];
 
 /// Whether rays a few tolerances beside this one, or turned by as much, do not agree with it either.
 fn passes_an_edge(case: &Case, exact: &Exact, ray: &Ray, truth: &End, tolerance: f64) -> bool {
@@ -91,15 +102,16 @@ fn compare_integrators(number: u64) -> Tally {
     // Chords of the same tolerance; its orbits are better than that.
     let rk4 = Rk4::new((16.0 / 3.0 * tolerance / hole.rs).sqrt().min(0.02), 1_000_000);
     let mut tally = Tally::default();
-    for _ in 0..40 {
-        let (kind, ray) = case.ray(&mut dice);
+    let rays: Vec<(RayKind, Ray)> = (0..40).map(|_| case.ray(&mut dice)).collect();
+    let together = trace_all(&adaptive, world, &rays.iter().map(|r| r.1).collect::<Vec<_>>());
+    for ((kind, ray), beside) in rays.into_iter().zip(together) {
         let truth = trace(&exact, world, &ray);
         tally.rays[kind as usize] += 1;
         tally.ends[case.outcome(&truth.arrival).0 as usize] += 1;
         let (_, start) = OrbitPlane::of_ray(hole.center, ray.origin, ray.direction);
         let epsilon = ClosedForm::new(hole.rs, start.u, start.du).epsilon().abs();
-        for (i, integrator) in [&adaptive as &dyn Integrator, &rk4].into_iter().enumerate() {
-            let found = trace(integrator, world, &ray);
+        let alone = [trace(&adaptive, world, &ray), beside, trace(&rk4, world, &ray)];
+        for (i, found) in alone.into_iter().enumerate() {
             let mut fault = |what: &str| {
                 // At once, for a run may take an hour.
                 eprintln!("world {number}, {what}: {kind:?} {ray:?}, epsilon {epsilon:.1e}:\n{truth:?}\n{}: {found:?}", NAMES[i]);
@@ -151,6 +163,40 @@ fn all_curved_integrators_agree_but_for_rays_that_pass_an_edge_within_the_tolera
     }
     assert_eq!(tally.faults, 0, "see above");
     assert!(tally.ends[..3].iter().all(|n| *n > rays / 20) && tally.ends[3] == 0, "{tally:?}");
+}
+
+/// Whether something stands in the way of the connections between random points of the world number `number`: how many are looked along,
+/// how many are blocked, and of how many one by one and side by side differ.
+fn compare_sights(number: u64) -> [u64; 3] {
+    let (case, mut dice) = Case::new(number);
+    let (world, integrator) = (&case.world, Adaptive::new(Tolerance::Absolute(1e-4 * case.scale), 4000));
+    let connections = integrator.connections().expect("it joins points");
+    let mut sights = Vec::new();
+    for _ in 0..20 {
+        let [x, y] = [case.ray(&mut dice).1.origin, case.ray(&mut dice).1.origin];
+        for connection in connections.connect(world, x, y, 0).into_iter().flatten() {
+            sights.push(Sight { start: Ray::new(x, connection.launch), from: x, to: y, connection });
+        }
+    }
+    let mut together = vec![false; sights.len()];
+    let mut log = TraceLog::default();
+    connections.visible_all(world, &sights, &mut together, &mut log);
+    let alone: Vec<bool> = sights.iter().map(|s| connections.visible(world, s, &mut log)).collect();
+    let differ = alone.iter().zip(&together).filter(|(a, b)| a != b).count();
+    [sights.len(), together.iter().filter(|v| !**v).count(), differ].map(|n| n as u64)
+}
+
+#[test]
+fn several_connections_are_blocked_as_each_is() {
+    let mut sums = [0; 3];
+    for number in 0..400 {
+        sums.iter_mut().zip(compare_sights(number)).for_each(|(sum, n)| *sum += n);
+    }
+    let [all, blocked, differ] = sums;
+    eprintln!("{all} connections, {blocked} blocked, {differ} differ");
+    assert!(all > 10_000 && blocked > all / 5 && blocked < all - all / 5, "{sums:?}");
+    // Those that pass an edge within the tolerance.
+    assert!(differ * 2_000 < all, "{sums:?}");
 }
 
 #[test]

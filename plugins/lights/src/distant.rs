@@ -17,9 +17,9 @@
 //! LightSource "distant" "spectrum L" 3 "point3 from" [1 2 -1] "point3 to" [0 0 0]
 //! ```
 
-use crate::{mean, rescale, scale, unit};
+use crate::{aim, mean, rescale, scale};
 use bhs_core::light::{Light, SkySample};
-use bhs_core::params::{Params, Point3};
+use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
 use glam::{DVec3, Vec2};
@@ -33,16 +33,11 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let about = "spectral irradiance at right angles to the light";
     let irradiance = p.spectrum("L", 1.0, SpectrumRole::Emission, "W m^-2 nm^-1", about);
     let scale = scale(p);
-    let from = p.get("from", Point3(DVec3::ZERO), "scene", "a point on the way of the light, under the current transform");
-    let to = p.get("to", Point3(DVec3::Z), "scene", "a point farther on the way of the light");
+    let aim = aim(p, ["a point on the way of the light, under the current transform", "a point farther on the way of the light"]);
     let about = "instead of the strength of `L`: irradiance weighted by the eye, integral(L ybar) / integral(ybar)";
     let scale = scale * rescale(p, "illuminance", about, irradiance.as_ref(), 1.0);
-    let direction = unit(p.context().world_from_object.transform_vector3(from.0 - to.0));
-    let Some(direction) = direction else {
-        p.reject("to", "`from` and `to` are the same point", "no direction leads from one to the other");
-        return None;
-    };
-    Some(Box::new(Distant { irradiance, scale, direction }))
+    let (_, onwards) = aim?;
+    Some(Box::new(Distant { irradiance, scale, direction: -onwards }))
 }
 
 struct Distant {

@@ -1,7 +1,7 @@
 //! What emits light. One file, one plugin: `ALL` lists the lights that are no surfaces, `AREA` the emissions of surfaces.
 
 use bhs_core::light::{AreaLight, Light};
-use bhs_core::params::Params;
+use bhs_core::params::{Params, Point3};
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::Spectrum;
 use glam::DVec3;
@@ -55,9 +55,17 @@ fn rescale_to(p: &Params, name: &'static str, about: &'static str, strength: imp
     }
 }
 
-/// The unit vector along `v`, if it has a direction.
-fn unit(v: DVec3) -> Option<DVec3> {
-    v.try_normalize()
+/// The parameters `from` and `to`, about which `about` says what they are: the one in world space, and the unit direction to the other.
+/// `None` after a report that there is none.
+fn aim(p: &Params, about: [&'static str; 2]) -> Option<(DVec3, DVec3)> {
+    let from = p.get("from", Point3(DVec3::ZERO), "scene", about[0]);
+    let to = p.get("to", Point3(DVec3::Z), "scene", about[1]);
+    let transform = p.context().world_from_object;
+    let direction = transform.transform_vector3(to.0 - from.0).try_normalize();
+    if direction.is_none() {
+        p.reject("to", "`from` and `to` are the same point", "no direction leads from one to the other");
+    }
+    Some((transform.transform_point3(from.0), direction?))
 }
 
 /// The mean of a spectrum over `lo..=hi`, in nm, by the midpoint rule with steps of at most a nanometre.

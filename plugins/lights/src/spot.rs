@@ -19,9 +19,9 @@
 //! LightSource "spot" "spectrum I" 20 "point3 from" [0 3 0] "point3 to" [0 0 0] "float coneangle" 20
 //! ```
 
-use crate::{mean, rescale, scale, unit};
+use crate::{aim, mean, rescale, scale};
 use bhs_core::light::Light;
-use bhs_core::params::{Params, Point3};
+use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
 use glam::DVec3;
@@ -35,20 +35,15 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let about = "spectral intensity within the inner cone";
     let intensity = p.spectrum("I", 1.0, SpectrumRole::Emission, "W sr^-1 nm^-1", about);
     let scale = scale(p);
-    let from = p.get("from", Point3(DVec3::ZERO), "scene", "where it is, under the current transform");
-    let to = p.get("to", Point3(DVec3::Z), "scene", "a point that it shines at");
+    let aim = aim(p, ["where it is, under the current transform", "a point that it shines at"]);
     let angle = p.get_in("coneangle", 30.0, 0.001..=180.0, "deg", "half of the cone's opening");
     let delta = p.get_in("conedeltaangle", 5.0, 0.0..=180.0, "deg", "the outer part of that, over which it falls off");
     let cos = |degrees: f64| degrees.max(0.0).to_radians().cos();
     let cone = Cone { outer: cos(angle), inner: cos(angle - delta) };
     let about = "instead of the strength of `I`: power weighted by the eye, over all directions";
     let scale = scale * rescale(p, "power", about, intensity.as_ref(), cone.solid_angle());
-    let transform = p.context().world_from_object;
-    let Some(axis) = unit(transform.transform_vector3(to.0 - from.0)) else {
-        p.reject("to", "`from` and `to` are the same point", "no direction leads from one to the other");
-        return None;
-    };
-    Some(Box::new(Spot { intensity, scale, position: transform.transform_point3(from.0), axis, cone }))
+    let (position, axis) = aim?;
+    Some(Box::new(Spot { intensity, scale, position, axis, cone }))
 }
 
 /// A cone with a soft edge, by the cosines of its half angles.

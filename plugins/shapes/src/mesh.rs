@@ -81,6 +81,17 @@ pub(crate) fn checked_indices<const N: usize>(
     Some(indices.chunks_exact(N).map(|c| std::array::from_fn(|i| c[i] as u32)).collect())
 }
 
+/// Whether a mesh can have `count` of `what` (vertices or triangles), which it numbers with 32 bits.
+///
+/// # Errors
+/// That it cannot, in words that can follow "cannot read `file`: ".
+pub(crate) fn can_be_numbered(count: u64, what: &str) -> Result<(), String> {
+    match u32::try_from(count) {
+        Ok(_) => Ok(()),
+        Err(_) => Err(format!("{count} {what} are more than the {} that a mesh can have", u32::MAX)),
+    }
+}
+
 /// Whether the parameter `name` has one value a vertex; reports if not.
 pub(crate) fn one_a_vertex(p: &Params, name: &str, values: usize, vertices: usize) -> bool {
     if values != vertices {
@@ -88,4 +99,16 @@ pub(crate) fn one_a_vertex(p: &Params, name: &str, values: usize, vertices: usiz
         p.reject(name, format!("`{name}` does not match `P`"), cause);
     }
     values == vertices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_numbered_says_so() {
+        assert_eq!(can_be_numbered(4_294_967_295, "triangles"), Ok(()));
+        let fault = "4294967296 triangles are more than the 4294967295 that a mesh can have";
+        assert_eq!(can_be_numbered(4_294_967_296, "triangles"), Err(fault.to_owned()));
+    }
 }

@@ -3,6 +3,7 @@
 //! Read are `v`, `vt`, `vn` and `f`: all faces make one mesh. Groups, materials, lines, points, curves and vertex colours are stepped over.
 //! A `\` at the end of a line continues it.
 
+use crate::mesh::can_be_numbered;
 use bhs_core::geometry::WorldMesh;
 use glam::DVec3;
 use std::borrow::Cow;
@@ -61,9 +62,8 @@ fn append(obj: &mut Obj, from: &tobj::Mesh) -> Result<(), String> {
         return Err("a vertex has a coordinate that is not a finite number".into());
     }
     let count = mesh.positions.len();
-    if u32::try_from(from.indices.len() / 3).is_err() || u32::try_from(count).is_err() {
-        return Err(format!("{} triangles are more than the {} that a mesh can have", from.indices.len() / 3, u32::MAX));
-    }
+    can_be_numbered(count as u64, "vertices")?;
+    can_be_numbered(from.indices.len() as u64 / 3, "triangles")?;
     mesh.triangles = from.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
     // What some corners have and others have not would be given to the wrong ones.
     let mut fits = |name, length, each| {

@@ -16,7 +16,7 @@
 //! Shape "plymesh" "string filename" "dragon_vrip.ply.gz"
 //! ```
 
-use crate::mesh::to_world;
+use crate::mesh::{can_be_numbered, to_world};
 use crate::ply;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::Shape;
@@ -32,8 +32,7 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
     let content = p.context().files.read(&name, span);
     let read = content.and_then(|bytes| ply::read(&bytes)).and_then(|ply| match ply.mesh.triangles.len() {
         0 => Err("it holds no triangle".into()),
-        n if n > u32::MAX as usize => Err(format!("{n} triangles are more than the {} that a mesh can have", u32::MAX)),
-        _ => Ok(ply),
+        n => can_be_numbered(n as u64, "triangles").map(|()| ply),
     });
     let ply = match read {
         Ok(ply) => ply,

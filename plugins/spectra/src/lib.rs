@@ -28,6 +28,7 @@ mod colorimetry;
 mod constant;
 mod file;
 mod planck;
+mod quadrature;
 mod rgb;
 mod rgb_emission;
 mod sellmeier;
@@ -146,5 +147,5 @@ fn check_role(
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["colorimetry", "planck", "rgb_emission", "sellmeier", "tabulated", "upsample", "upsample_table"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["colorimetry", "planck", "quadrature", "rgb_emission", "sellmeier", "tabulated", "upsample", "upsample_table"]);
 }

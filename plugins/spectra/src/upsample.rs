@@ -2,10 +2,12 @@
 //!
 //! Jakob and Hanika 2019, "A Low-Dimensional Function Space for Efficient Spectral Upsampling", eq. (8): a quadratic of
 //! wavelength through the sigmoid `s(x) = 1/2 + x / (2 sqrt(1 + x^2))`. Their tables of coefficients are not needed: the fit
-//! is done for each colour of a scene, by Levenberg and Marquardt's method in linear sRGB, following the colour from grey,
-//! where the answer is known, to where it is wanted.
+//! is done for each colour of a scene, by Levenberg and Marquardt's method in linear sRGB. It starts from grey, where the answer is
+//! known, and goes on with few wavelengths until they are satisfied, then with all. Where that does not lead to the colour, which
+//! happens at the edges of the gamut, the fit follows the colour from grey to where it is wanted, in small steps.
 
-use crate::colorimetry::{OBSERVER_RANGE, colorimetry};
+use crate::colorimetry::OBSERVER_RANGE;
+use crate::quadrature::Quadrature;
 use glam::{DMat3, DVec3};
 
 /// Centre and half width of the observer's range (nm): the quadratic is one of `t = (lambda - centre) / half width`.
@@ -31,16 +33,9 @@ impl Sigmoid {
     /// The function whose colour under D65 is `rgb` (linear sRGB, each between 0 and 1).
     pub fn fit(rgb: [f64; 3]) -> Self {
         let target = DVec3::from_array(rgb).clamp(DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN));
-        let mean = target.element_sum() / 3.0;
-        // A grey reflectance is constant: invert the sigmoid.
-        let y = 2.0 * mean - 1.0;
-        let mut c = DVec3::new(0.0, 0.0, y / (1.0 - y * y).sqrt());
-        let distance = (target - mean).abs().max_element();
-        let stations = (distance * 16.0).ceil().max(1.0);
-        for station in 1..=stations as u32 {
-            let goal = DVec3::splat(mean).lerp(target, f64::from(station) / stations);
-            c = solve(c, goal, &colorimetry().reflectance_weights);
-        }
+        let near = solve(grey(target), target, Quadrature::coarse()).c;
+        let direct = solve(near, target, Quadrature::fine());
+        let c = if direct.is_exact() { direct.c } else { follow(target) };
         Self { c: c.to_array().map(|x| x as f32) }
     }
 
@@ -67,11 +62,38 @@ impl Sigmoid {
     }
 }
 
-/// The coefficients nearest to `start` whose colour is nearest to `goal`; `weights`: of equally spaced wavelengths, over the
-/// observer's range.
-pub(crate) fn solve(start: DVec3, goal: DVec3, weights: &[[f64; 3]]) -> DVec3 {
+/// The coefficients of the grey that is as light as `target`: a grey reflectance is constant, so the sigmoid is inverted.
+fn grey(target: DVec3) -> DVec3 {
+    let y = 2.0 * target.element_sum() / 3.0 - 1.0;
+    DVec3::new(0.0, 0.0, y / (1.0 - y * y).sqrt())
+}
+
+/// The coefficients for `target`, by way of the colours between it and grey.
+fn follow(target: DVec3) -> DVec3 {
+    let mean = DVec3::splat(target.element_sum() / 3.0);
+    let stations = ((target - mean).abs().max_element() * 16.0).ceil().max(1.0);
+    (1..=stations as u32)
+        .fold(grey(target), |c, station| solve(c, mean.lerp(target, f64::from(station) / stations), Quadrature::fine()).c)
+}
+
+/// Where the search for coefficients has led.
+pub(crate) struct Solution {
+    /// The coefficients of t^2, t and 1.
+    pub c: DVec3,
+    /// Square of the distance between their colour and the one that was looked for.
+    error: f64,
+}
+
+impl Solution {
+    fn is_exact(&self) -> bool {
+        self.error < 1e-20
+    }
+}
+
+/// The coefficients nearest to `start` whose colour is nearest to `goal`.
+pub(crate) fn solve(start: DVec3, goal: DVec3, quadrature: &Quadrature) -> Solution {
     let mut c = start;
-    let (mut residual, mut jacobian) = residual(c, goal, weights);
+    let (mut residual, mut jacobian) = residual(c, goal, quadrature);
     let mut damping = 1e-4;
     for _ in 0..60 {
         if residual.length_squared() < 1e-20 {
@@ -81,7 +103,7 @@ pub(crate) fn solve(start: DVec3, goal: DVec3, weights: &[[f64; 3]]) -> DVec3 {
         let diagonal = DVec3::new(normal.x_axis.x, normal.y_axis.y, normal.z_axis.z);
         let damped = normal + DMat3::from_diagonal(damping * diagonal + 1e-14);
         let next = c - damped.inverse() * (jacobian.transpose() * residual);
-        let (next_residual, next_jacobian) = self::residual(next, goal, weights);
+        let (next_residual, next_jacobian) = self::residual(next, goal, quadrature);
         if next.is_finite() && next_residual.length_squared() < residual.length_squared() {
             (c, residual, jacobian) = (next, next_residual, next_jacobian);
             damping = (damping * 0.1).max(1e-12);
@@ -92,30 +114,19 @@ pub(crate) fn solve(start: DVec3, goal: DVec3, weights: &[[f64; 3]]) -> DVec3 {
             }
         }
     }
-    c
+    Solution { c, error: residual.length_squared() }
 }
 
 /// How far the colour of the coefficients `c` is from `goal`, and the derivative of that by `c`.
-fn residual(c: DVec3, goal: DVec3, weights: &[[f64; 3]]) -> (DVec3, DMat3) {
-    let scale = 2.0 / (weights.len() - 1) as f64;
-    let (mut colour, mut jacobian) = (DVec3::ZERO, DMat3::ZERO);
-    for (i, w) in weights.iter().enumerate() {
-        let t = i as f64 * scale - 1.0;
-        let powers = DVec3::new(t * t, t, 1.0);
-        let x = c.dot(powers);
-        let root = (1.0 + x * x).sqrt();
-        let w = DVec3::from_array(*w);
-        colour += w * (0.5 + 0.5 * x / root);
-        let slope = w * (0.5 / (root * root * root));
-        jacobian += DMat3::from_cols(slope * powers.x, slope * powers.y, slope * powers.z);
-    }
+fn residual(c: DVec3, goal: DVec3, quadrature: &Quadrature) -> (DVec3, DMat3) {
+    let (colour, jacobian) = quadrature.colour(c);
     (colour - goal, jacobian)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colorimetry::{srgb_from_xyz, tests::xyz};
+    use crate::colorimetry::{colorimetry, srgb_from_xyz, tests::xyz};
     use bhs_core::spectrum::Spectrum;
 
     fn colour_under_d65(s: &Sigmoid) -> [f64; 3] {
@@ -159,6 +170,24 @@ mod tests {
                 assert!((back - rgb[c]).abs() < 2e-5, "{rgb:?} {c}: {back}");
             }
         }
+    }
+
+    #[test]
+    fn the_direct_way_ends_where_the_long_one_does() {
+        let mut direct = 0;
+        for i in 0..9u32.pow(3) {
+            let rgb = DVec3::from_array([i % 9, i / 9 % 9, i / 81].map(|l| f64::from(l) / 8.0));
+            let target = rgb.clamp(DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN));
+            let near = solve(grey(target), target, Quadrature::coarse()).c;
+            direct += u32::from(solve(near, target, Quadrature::fine()).is_exact());
+            let [c, followed] = [Sigmoid::fit(rgb.to_array()), Sigmoid { c: follow(target).to_array().map(|x| x as f32) }];
+            for l in 36..=83 {
+                let (a, b) = (c.at(l as f32 * 10.0), followed.at(l as f32 * 10.0));
+                assert!((a - b).abs() < 1e-5, "{rgb} {l}: {a} {b}");
+            }
+        }
+        // All but the edges of the gamut.
+        assert!(direct >= 7 * 7 * 7, "{direct}");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! spaced more closely towards black and white, where the coefficients change fastest, and the other two channels over it are the
 //! others. Coefficients are interpolated trilinearly. The table is made when it is first asked for, in a fraction of a second.
 
-use crate::colorimetry::colorimetry;
+use crate::quadrature::Quadrature;
 use crate::upsample::{MARGIN, Sigmoid, solve};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,9 +12,6 @@ use std::sync::OnceLock;
 
 /// Entries along each coordinate.
 const N: usize = 32;
-
-/// Every so many of the observer's wavelengths enter the fit.
-const STRIDE: usize = 10;
 
 /// Spectra of colours, by table.
 pub struct SmoothSpectra {
@@ -34,7 +31,6 @@ impl SmoothSpectra {
     fn new() -> Self {
         let step = |x: f64| x * x * (3.0 - 2.0 * x);
         let levels: Vec<f64> = (0..N).map(|i| step(step(i as f64 / (N - 1) as f64))).collect();
-        let weights = coarse_weights();
         // A column is a colour from black to white: each fit starts from its neighbour's, away from a middle where any start will do.
         let column = |i: usize| -> Vec<[f32; 3]> {
             let (channel, x, y) = (i / (N * N), i / N % N, i % N);
@@ -50,12 +46,12 @@ impl SmoothSpectra {
             let mut column = vec![DVec3::ZERO; N];
             let mut c = DVec3::ZERO;
             for k in middle..N {
-                c = solve(c, goal(levels[k]), &weights);
+                c = solve(c, goal(levels[k]), Quadrature::coarse()).c;
                 column[k] = c;
             }
             c = column[middle];
             for k in (0..middle).rev() {
-                c = solve(c, goal(levels[k]), &weights);
+                c = solve(c, goal(levels[k]), Quadrature::coarse()).c;
                 column[k] = c;
             }
             column.into_iter().map(|c| c.as_vec3().to_array()).collect()
@@ -103,26 +99,10 @@ impl SmoothSpectra {
     }
 }
 
-/// The weights of every tenth wavelength, such that cubics between them are integrated as all the wavelengths do.
-fn coarse_weights() -> Vec<[f64; 3]> {
-    let fine = &colorimetry().reflectance_weights;
-    let last = (fine.len() - 1) / STRIDE;
-    let mut coarse = vec![[0.0; 3]; last + 1];
-    for (i, weight) in fine.iter().enumerate() {
-        let first = (i / STRIDE).saturating_sub(1).min(last - 3);
-        let t = i as f64 / STRIDE as f64 - first as f64;
-        for k in 0..4 {
-            let others = (0..4).filter(|j| *j != k);
-            let lagrange: f64 = others.map(|j| (t - j as f64) / (k as f64 - j as f64)).product();
-            coarse[first + k].iter_mut().zip(weight).for_each(|(sum, w)| *sum += w * lagrange);
-        }
-    }
-    coarse
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colorimetry::colorimetry;
 
     /// The colour of a function under D65, with all wavelengths.
     fn colour(s: &Sigmoid) -> [f64; 3] {

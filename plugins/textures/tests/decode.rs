@@ -107,6 +107,20 @@ fn what_is_no_picture_says_so() {
 }
 
 #[test]
+fn sizes_have_limits() {
+    // Wider than a picture may be, and small all the same.
+    let wide: DynamicImage = ImageBuffer::from_fn(65_537, 1, |_, _| Luma([0u8])).into();
+    let error = decode(&written(&wide, ImageFormat::Png)).expect_err("too wide");
+    assert!(error.contains("dimension"), "{error}");
+    // An EXR file that claims to be larger than it is.
+    let mut exr = exr_bytes();
+    let window = b"dataWindow\0box2i\0";
+    let at = exr.windows(window.len()).position(|w| w == window).expect("it has one") + window.len() + 4;
+    exr[at..at + 16].copy_from_slice([0i32, 0, 99_999, 99_999].map(i32::to_le_bytes).as_flattened());
+    assert_eq!(decode(&exr).expect_err("too large"), "it is too large: 100000 x 100000, at most 268435456 texels");
+}
+
+#[test]
 fn damaged_pictures_are_errors_or_other_pictures() {
     for (name, whole) in files() {
         for k in 0..1500u64 {
