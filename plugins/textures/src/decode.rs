@@ -10,6 +10,8 @@ use std::io::Cursor;
 const MAX_SIDE: u32 = 1 << 16;
 /// Most texels.
 const MAX_TEXELS: u64 = 1 << 28;
+/// More texels than a byte of an EXR file can stand for: deflate makes no more than 1032 bytes of one, and a texel has two at least.
+const TEXELS_A_BYTE: u64 = 1024;
 
 /// The picture that the bytes of a file hold.
 ///
@@ -54,6 +56,9 @@ fn decode_exr(bytes: &[u8]) -> Result<Image, String> {
         let (w, h) = (header.layer_size.width(), header.layer_size.height());
         if (w as u64).saturating_mul(h as u64) > MAX_TEXELS {
             return Err(format!("it is too large: {w} x {h}, at most {MAX_TEXELS} texels"));
+        }
+        if w as u64 * h as u64 > TEXELS_A_BYTE * bytes.len() as u64 {
+            return Err(format!("it is damaged: {} bytes cannot hold {w} x {h} texels", bytes.len()));
         }
     }
     let picture = read()
