@@ -296,18 +296,18 @@ mod tests {
         let mut guide = guide();
         let per_wave = 6000;
         for wave in 0..waves {
-            let guide = &guide;
+            let shared = &guide;
             std::thread::scope(|scope| {
                 for thread in 0..threads {
                     scope.spawn(move || {
                         for i in (0..per_wave).filter(|i| i % threads == thread) {
                             let i = wave * per_wave + i;
                             let axes = [DVec3::Z, DVec3::X, DVec3::Y];
-                            let place = guide.place_at(POINT, axes, 1.0);
+                            let place = shared.place_at(POINT, axes, 1.0);
                             let drawn = place.sample(Vec2::new(number(2 * i), number(2 * i + 1)));
                             let mut lesson = place.lesson(&drawn, 0.5);
                             lesson.before = Some(2.0);
-                            guide.learn(&lesson, 2.0 + 0.5 * light(&axes, drawn.wi));
+                            shared.learn(&lesson, 2.0 + 0.5 * light(&axes, drawn.wi));
                         }
                     });
                 }

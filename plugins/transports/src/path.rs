@@ -13,8 +13,8 @@
 //!
 //! With `guiding`, a render learns where light comes from while it goes on, and matt surfaces choose part of their directions by that
 //! ([`Guide`]): where only light from elsewhere arrives, in shadows and on ceilings, noise falls most. No sample's mean depends on what
-//! was learned. Weights then say little about what a path is worth, for they are small where much light is expected; roulette ends
-//! paths by what surfaces reflect.
+//! was learned, if the samples of a pixel are independent of each other. Weights then say little about what a path is worth, for they
+//! are small where much light is expected; roulette ends paths by what surfaces reflect.
 //!
 //! Paths are followed together, bounce by bounce: first all their rays, then, at the surfaces, all the geodesics to lamps; for integrators
 //! that follow several at once.
@@ -24,7 +24,7 @@
 //! | `maxdepth` | integer | 5 | bounces | longest path |
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
 //! | `lightsampling` | bool | true | | whether lamps are aimed at; if not, they are found by chance alone |
-//! | `guiding` | bool | true | | whether directions follow what was learned of the light |
+//! | `guiding` | bool | false | | whether directions follow what was learned of the light |
 //!
 //! ```bhs
 //! LightTransport "path" "integer maxdepth" 8
@@ -64,7 +64,7 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
     let roulette_depth =
         p.get_in("rrdepth", 3, 0..=1_000_000, "bounces", "first bounce at which a path may end by roulette") as u32;
     let light_sampling = p.get("lightsampling", true, "", "whether lamps are aimed at; if not, they are found by chance alone");
-    let guiding = p.get("guiding", true, "", "whether directions follow what was learned of the light");
+    let guiding = p.get("guiding", false, "", "whether directions follow what was learned of the light");
     Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding }))
 }
 
