@@ -2,7 +2,7 @@
 
 use crate::blackhole::Observer;
 use crate::geometry::{Geometry, sample_triangle, triangle_area};
-use crate::integrator::{Connection, ConnectionPair, Connections};
+use crate::integrator::Connection;
 use crate::light::{AreaLight, Emission};
 use crate::sampling::Discrete;
 use crate::scene::{Scene, Vertex};
@@ -145,15 +145,6 @@ impl Scene {
             _ => 1.0 / emitter.triangles.total(),
         };
         self.light_choice.probability(index as usize) * within
-    }
-
-    /// The geodesics from `x` to the light sample that make `turn` whole turns around the hole.
-    #[inline]
-    pub fn connect(&self, connections: &dyn Connections, x: DVec3, sample: &LightSample, turn: u32) -> ConnectionPair {
-        match sample.source {
-            LightSource::Sky { .. } => connections.connect_sky(&self.world, x, sample.point, turn),
-            _ => connections.connect(&self.world, x, sample.point, turn),
-        }
     }
 
     /// What arrives at `receiver` from `sample` along `connection`, which leads from the receiver to the light.

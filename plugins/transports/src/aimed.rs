@@ -2,12 +2,13 @@
 
 use crate::guide::Place;
 use arrayvec::ArrayVec;
-use bhs_core::integrator::{Connection, Connections, MOST_TURNS, Ray, Sight};
+use bhs_core::integrator::{Connection, ConnectionPair, Connections, MOST_TURNS, Ray, Sight};
 use bhs_core::light_sampling::{LightSample, LightSource};
 use bhs_core::scene::{Scene, Vertex};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use bhs_core::transport::{BATCH, PathSample};
+use glam::DVec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// Geodesics to lamps that may come together at one bounce of a batch of paths.
@@ -67,12 +68,47 @@ impl Aimed {
 /// by 2 %, time shrinks by 7 %.
 const FAINT: f32 = 0.5;
 
+/// The geodesics from vertices to points of lamps.
+pub struct Images {
+    /// For each number of whole turns around the hole, the pair of each vertex.
+    turns: ArrayVec<[ConnectionPair; BATCH], MOST_TURNS>,
+}
+
+impl Images {
+    /// Those between `ends`: at most [`BATCH`] of them.
+    pub fn between<'a>(
+        scene: &Scene,
+        connections: &dyn Connections,
+        ends: impl Iterator<Item = (DVec3, &'a LightSample)> + Clone,
+    ) -> Self {
+        let is_sky = |light: &LightSample| matches!(light.source, LightSource::Sky { .. });
+        let numbered = || ends.clone().enumerate();
+        let near = || numbered().filter(|(_, (_, light))| !is_sky(light));
+        let pairs: ArrayVec<[DVec3; 2], BATCH> = near().map(|(_, (x, light))| [x, light.point]).collect();
+        let turns = (0..connections.turns()).map(|turn| {
+            let (mut found, mut joined) = ([[None; 2]; BATCH], [[None; 2]; BATCH]);
+            connections.connect_all(&scene.world, &pairs, turn, &mut joined[..pairs.len()]);
+            for ((k, _), pair) in near().zip(joined) {
+                found[k] = pair;
+            }
+            for (k, (x, light)) in numbered().filter(|(_, (_, light))| is_sky(light)) {
+                found[k] = connections.connect_sky(&scene.world, x, light.point, turn);
+            }
+            found
+        });
+        Self { turns: turns.collect() }
+    }
+
+    /// Those of vertex number `k`.
+    pub fn of(&self, k: usize) -> impl Iterator<Item = &Connection> {
+        self.turns.iter().flat_map(move |pairs| pairs[k].iter().flatten())
+    }
+}
+
 /// A point of a lamp whose light is looked for at a vertex of a path.
 pub struct Sought<'a> {
     /// Where all is.
     pub scene: &'a Scene,
-    /// What joins two points.
-    pub connections: &'a dyn Connections,
     /// Where the path is.
     pub vertex: &'a Vertex<'a>,
     /// The point.
@@ -84,36 +120,37 @@ pub struct Sought<'a> {
     /// Number of the path in its batch.
     pub path: usize,
     /// What draws the path's next direction, if not the material.
-    pub place: Option<Place<'a>>,
+    pub place: Option<&'a Place<'a>>,
 }
 
 impl Sought<'_> {
-    /// Notes what may arrive along a straight line and is scattered back along the path.
-    pub fn straight(&self, aimed: &mut Aimed, log: &mut TraceLog) {
-        let [connection, _] = self.scene.connect(self.connections, self.vertex.hit.point, self.light, 0);
-        let Some(connection) = connection else { return };
-        log.counters.connections += 1;
-        let carried = self.carried(&connection);
-        if carried.is_zero() {
-            log.counters.connections_dark += 1;
-        } else {
-            self.aim(&connection, carried, aimed);
+    /// Notes what may arrive along straight lines and is scattered back along the path.
+    pub fn straight<'c>(&self, images: impl Iterator<Item = &'c Connection>, aimed: &mut Aimed, log: &mut TraceLog) {
+        for connection in images {
+            log.counters.connections += 1;
+            let carried = self.carried(connection);
+            if carried.is_zero() {
+                log.counters.connections_dark += 1;
+            } else {
+                self.aim(connection, carried, aimed);
+            }
         }
     }
 
-    /// The same along all of up to `N` geodesics. `found`: the light of the path so far, as it would have to leave the vertex. `spare` is a
-    /// number in [0,1) that nothing else depends on.
-    pub fn bent<const N: usize>(&self, found: f32, spare: f32, aimed: &mut Aimed, log: &mut TraceLog) {
-        let mut images = [None; N];
-        for (turn, images) in (0..self.connections.turns()).zip(images.chunks_exact_mut(2)) {
-            let pair = self.scene.connect(self.connections, self.vertex.hit.point, self.light, turn);
-            for (image, connection) in images.iter_mut().zip(pair) {
-                *image = connection.map(|c| (c, self.carried(&c)));
-            }
-        }
-        let images = images.iter().flatten();
-        let all: f32 = images.clone().map(|(_, light)| light.max()).sum();
-        for (connection, carried) in images {
+    /// The same along all of some geodesics. `found`: the light of the path so far, as it would have to leave the vertex. `spare` is a number in
+    /// [0,1) that nothing else depends on.
+    pub fn bent<'c>(
+        &self,
+        images: impl Iterator<Item = &'c Connection>,
+        found: f32,
+        spare: f32,
+        aimed: &mut Aimed,
+        log: &mut TraceLog,
+    ) {
+        let images: ArrayVec<(&Connection, SampledSpectrum), { 2 * MOST_TURNS }> =
+            images.map(|connection| (connection, self.carried(connection))).collect();
+        let all: f32 = images.iter().map(|(_, light)| light.max()).sum();
+        for (connection, carried) in &images {
             log.counters.connections += 1;
             let looked_at = (carried.max() / (FAINT * all.max(found))).min(1.0);
             // One number for all: each image by itself is looked at as often as it should be.

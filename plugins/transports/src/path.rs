@@ -31,11 +31,12 @@
 //! WorldBegin
 //! ```
 
-use crate::aimed::{Aimed, Sought};
+use crate::aimed::{Aimed, Images, Sought};
 use crate::guide::{Guide, Lesson, Place};
 use arrayvec::ArrayVec;
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, MOST_TURNS, Ray, Traced};
+use bhs_core::integrator::{Arrival, Connections, Ray, Traced};
+use bhs_core::light_sampling::LightSample;
 use bhs_core::material::BsdfSample;
 use bhs_core::params::Params;
 use bhs_core::sampling::{SampleStream, balance_heuristic};
@@ -230,20 +231,24 @@ impl Path {
             let rays: ArrayVec<Ray, BATCH> = underway.iter().map(|i| states[*i].ray).collect();
             let mut traced = [Traced { arrival: Arrival::Hole, phi: 0.0 }; BATCH];
             scene.integrator.trace_all(&scene.world, &rays, &mut traced[..rays.len()], log);
-            let mut ends = traced.iter();
-            underway.retain(|i| {
-                let Some(end) = ends.next() else { return false };
-                let mut bounce = Bounce {
-                    scene,
-                    connections,
-                    guide,
-                    index: *i,
-                    path: &mut paths[*i],
-                    state: &mut states[*i],
-                    aimed: &mut aimed,
-                };
-                self.bounce(depth, end, &mut bounce, log)
-            });
+            // Where they have arrived, if they may go on from there.
+            let mut met: ArrayVec<Met, BATCH> = ArrayVec::new();
+            for (i, end) in underway.iter().zip(&traced) {
+                let at = Bounce { scene, connections, path: &mut paths[*i], state: &mut states[*i] };
+                let Some(vertex) = at.arrive(end, log).filter(|_| depth < self.max_depth) else { continue };
+                let place = guide.filter(|_| vertex.material.is_matt()).map(|g| g.place(&vertex));
+                met.push(Met { index: *i, vertex, place });
+            }
+            if let Some(connections) = connections {
+                self.aim(scene, connections, &met, (&mut *paths, &states), &mut aimed, log);
+            }
+            underway.clear();
+            for Met { index, vertex, place } in &met {
+                let at = Bounce { scene, connections, path: &mut paths[*index], state: &mut states[*index] };
+                if at.scatter(vertex, guide.zip(place.as_ref()), depth >= self.roulette_depth) {
+                    underway.push(*index);
+                }
+            }
             if let Some(connections) = connections {
                 aimed.look(scene, connections, paths, log);
             }
@@ -258,10 +263,61 @@ impl Path {
         }
     }
 
-    /// What happens where a path has arrived at the end of its ray number `depth`; whether it goes on from there.
-    fn bounce(&self, depth: u32, end: &Traced, at: &mut Bounce, log: &mut TraceLog) -> bool {
-        let connections = at.connections;
-        let Bounce { scene, path, state, .. } = at;
+    /// Draws a point of a lamp for every rough one of the vertices `met` and notes what may arrive from there.
+    fn aim(
+        &self,
+        scene: &Scene,
+        connections: &dyn Connections,
+        met: &[Met],
+        (paths, states): (&mut [PathSample], &[State]),
+        aimed: &mut Aimed,
+        log: &mut TraceLog,
+    ) {
+        let mut drawn: ArrayVec<(&Met, LightSample), BATCH> = ArrayVec::new();
+        for met in met.iter().filter(|m| !m.vertex.material.is_specular()) {
+            let stream = &mut paths[met.index].stream;
+            let (choice, u) = (stream.next_1d(), stream.next_2d());
+            if let Some(light) = scene.sample_light(choice, u) {
+                drawn.push((met, light));
+            }
+        }
+        let images = Images::between(scene, connections, drawn.iter().map(|(met, light)| (met.vertex.hit.point, light)));
+        for (k, (Met { index, vertex, place }, light)) in drawn.iter().enumerate() {
+            let (path, State { throughput, lambda, .. }) = (&mut paths[*index], &states[*index]);
+            let (throughput, path_number) = (*throughput, *index);
+            let sought = Sought { scene, vertex, light, lambda, throughput, path: path_number, place: place.as_ref() };
+            // Along straight lines it costs so little to look that leaving light to chance only adds noise.
+            if scene.bends() {
+                let found = path.radiance.max() / throughput.max();
+                sought.bent(images.of(k), found, path.stream.next_1d(), aimed, log);
+            } else {
+                sought.straight(images.of(k), aimed, log);
+            }
+        }
+    }
+}
+
+/// Where a path has arrived.
+struct Met<'a> {
+    /// Number of the path among those that are followed together.
+    index: usize,
+    vertex: Vertex<'a>,
+    /// What was learned about the light there.
+    place: Option<Place<'a>>,
+}
+
+/// A path at the end of a ray.
+struct Bounce<'a, 'p, 's> {
+    scene: &'s Scene,
+    connections: Option<&'a dyn Connections>,
+    path: &'a mut PathSample<'p>,
+    state: &'a mut State,
+}
+
+impl<'s> Bounce<'_, '_, 's> {
+    /// What the ray that ended at `end` has found; the vertex there, if it is one.
+    fn arrive(self, end: &Traced, log: &mut TraceLog) -> Option<Vertex<'s>> {
+        let Self { scene, connections, path, state } = self;
         if let Some(lesson) = state.lessons.last_mut().filter(|l| l.before.is_none()) {
             lesson.before = Some(path.radiance.mean());
         }
@@ -273,16 +329,14 @@ impl Path {
                     _ => scene.sky(direction, &state.lambda),
                 };
                 path.radiance += state.throughput * sky;
-                return false;
+                return None;
             }
-            Arrival::Hole | Arrival::OutOfSteps => return false,
+            Arrival::Hole | Arrival::OutOfSteps => return None,
         };
         let Some(vertex) = scene.vertex(hit, &state.lambda) else {
             log.counters.inside_horizon += 1;
-            return false;
+            return None;
         };
-
-        // ---- Emission found by the ray
         if vertex.emitter.is_some() {
             let weight = match (connections, &state.chosen) {
                 (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.phi),
@@ -290,24 +344,17 @@ impl Path {
             };
             path.radiance += state.throughput * vertex.emitted() * weight;
         }
-        if depth == self.max_depth {
-            return false;
-        }
+        Some(vertex)
+    }
 
-        // ---- Emission found by sampling a lamp
-        let guide = at.guide;
-        let place = guide.filter(|_| vertex.material.is_matt()).map(|g| g.place(&vertex));
-        if connections.is_some() && !vertex.material.is_specular() {
-            at.aim(&vertex, place, log);
-        }
-
-        // ---- The next direction
-        let Bounce { scene, path, state, .. } = at;
+    /// The path's next direction from `vertex`: by what was learned, if anything, else by the material. Whether it goes on.
+    fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &Place)>, roulette: bool) -> bool {
+        let Self { scene, path, state, .. } = self;
         let stream = &mut path.stream;
         let (choice, u) = (stream.next_1d(), stream.next_2d());
-        let sample = match (guide, &place) {
-            (Some(guide), Some(place)) => state.guide(place, guide.learns(), &vertex, u),
-            _ => vertex.material.sample(&vertex.shading, vertex.wo, choice, u),
+        let sample = match guided {
+            Some((guide, place)) => state.guide(place, guide.learns(), vertex, u),
+            None => vertex.material.sample(&vertex.shading, vertex.wo, choice, u),
         };
         let Some(sample) = sample else { return false };
         state.throughput *= sample.weight;
@@ -326,7 +373,7 @@ impl Path {
         });
 
         // ---- Russian roulette
-        if depth >= self.roulette_depth {
+        if roulette {
             let survive = (state.throughput.max() * state.guided).min(0.95);
             if stream.next_1d() >= survive {
                 return false;
@@ -334,45 +381,5 @@ impl Path {
             state.throughput *= 1.0 / survive;
         }
         true
-    }
-}
-
-/// A path where it has arrived.
-struct Bounce<'a, 'p> {
-    scene: &'a Scene,
-    connections: Option<&'a dyn Connections>,
-    guide: Option<&'a Guide>,
-    /// Number of the path among those that are followed together.
-    index: usize,
-    path: &'a mut PathSample<'p>,
-    state: &'a mut State,
-    aimed: &'a mut Aimed,
-}
-
-impl Bounce<'_, '_> {
-    /// Draws a point of a lamp and notes what may arrive from there at `vertex`.
-    fn aim(&mut self, vertex: &Vertex, place: Option<Place>, log: &mut TraceLog) {
-        let Self { scene, connections: Some(connections), index, path, state, aimed, .. } = self else { return };
-        let stream = &mut path.stream;
-        let (choice, u) = (stream.next_1d(), stream.next_2d());
-        let Some(light) = scene.sample_light(choice, u) else { return };
-        let State { throughput, lambda, .. } = &**state;
-        let sought = Sought {
-            scene,
-            connections: *connections,
-            vertex,
-            light: &light,
-            lambda,
-            throughput: *throughput,
-            path: *index,
-            place,
-        };
-        let found = path.radiance.max() / throughput.max();
-        // Along straight lines it costs so little to look that leaving light to chance only adds noise.
-        match (scene.bends(), connections.turns()) {
-            (false, _) => sought.straight(aimed, log),
-            (true, 1) => sought.bent::<2>(found, stream.next_1d(), aimed, log),
-            (true, _) => sought.bent::<{ 2 * MOST_TURNS }>(found, stream.next_1d(), aimed, log),
-        }
     }
 }
