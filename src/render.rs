@@ -78,7 +78,7 @@ pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
     let layers = LayerCollector::new(job.scene, job.film);
     let total = job.sampler.samples_per_pixel();
     let mut counters = Counters::default();
-    let mut done = 0;
+    let (mut done, mut wave) = (0, 0);
     while done < total && !stop.load(Ordering::Relaxed) {
         let next = done + done.clamp(1, LONGEST_WAVE).min(total - done);
         progress.wave(done, total);
@@ -92,7 +92,7 @@ pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
                     return Counters::default();
                 }
                 let mut tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                let counted = render_tile(job, layers.as_ref(), &mut tile, frame.channel_count(), done..next);
+                let counted = render_tile(job, layers.as_ref(), &mut tile, frame.channel_count(), (wave, done..next));
                 progress.tile(u64::from(tile.size[0] * tile.size[1]) * u64::from(next - done), counted.geodesics);
                 counted
             })
@@ -104,6 +104,8 @@ pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
             done = next;
             if let Some(own) = &mut own {
                 own.end_wave();
+                // What was learned depends on the numbers so far: the next ones must not.
+                wave += 1;
             }
         }
     }
@@ -115,7 +117,7 @@ fn render_tile(
     layers: Option<&LayerCollector>,
     tile: &mut Tile,
     channels: usize,
-    samples: std::ops::Range<u32>,
+    (wave, samples): (u32, std::ops::Range<u32>),
 ) -> Counters {
     let mut log = TraceLog::default();
     let [lo, hi] = job.film.lambda_range();
@@ -126,7 +128,8 @@ fn render_tile(
     loop {
         for (i, index) in all.by_ref().take(BATCH) {
             let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
-            let (sample, path) = Seen::new(job, &wavelengths, i, pixel, index);
+            let stream = SampleStream::of_wave(job.sampler, pixel, index, wave);
+            let (sample, path) = Seen::new(job, &wavelengths, i, pixel, stream);
             seen.push(sample);
             paths.push(path);
         }
@@ -179,9 +182,8 @@ impl Seen {
         wavelengths: &VisibleWavelengths,
         number: usize,
         pixel: [u32; 2],
-        index: u32,
+        mut stream: SampleStream<'a>,
     ) -> (Self, PathSample<'a>) {
-        let mut stream = SampleStream::new(job.sampler, pixel, index);
         let (offset, weight) = job.filter.sample(stream.next_2d());
         let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
         let view = job.camera.ray(raster, stream.next_2d());

@@ -87,11 +87,11 @@ def gold_dragon(folder, spectra):
 SCENES = {"cornell_box": (peers.cornell_box, 1.0), "gold_dragon": (gold_dragon, 4.0 / 3.0)}
 
 
-def bhs_scene(name, sampler):
-    """The scene's own text without its hole, with the sampler and the roulette that are compared."""
+def bhs_scene(name, sampler, guiding=False):
+    """The scene's own text without its hole, with the sampler, the roulette and the guiding that are compared."""
     text = (ROOT / f"scenes/{name}.bhs").read_text()
     text = re.sub(r"(?m)^BlackHole .*$", "", text)
-    text = re.sub(r"(?m)^LightTransport .*$", lambda line: f'{line[0]} "integer rrdepth" {ROULETTE}', text)
+    text = re.sub(r"(?m)^LightTransport .*$", lambda line: f'{line[0]} "integer rrdepth" {ROULETTE} "bool guiding" {str(guiding).lower()}', text)
     return re.sub(r'(?m)^Sampler "\w+"', f'Sampler "{sampler}"', text)
 
 
@@ -100,9 +100,9 @@ def bhs_scene(name, sampler):
 class Bhs:
     """The program as people start it; it says itself how long the rendering took, which is what counts."""
 
-    def __init__(self, options, name, size, sampler, folder):
-        self.name = f"bhs straight, {sampler}"
-        self.text = bhs_scene(name, sampler)
+    def __init__(self, options, name, size, sampler, guiding, folder):
+        self.name = f"bhs straight, {sampler}{', guiding' if guiding else ''}"
+        self.text = bhs_scene(name, sampler, guiding)
         self.out, self.stats = Path(folder) / "bhs.exr", Path(folder) / "bhs.json"
         self.command = [str(options.bhs), "render", "-", "-o", str(self.out), "--stats", str(self.stats), "--quiet", "--integrator",
                         "straight", "--resolution", f"{size[0]}x{size[1]}", "--threads", str(options.threads)]
@@ -191,7 +191,8 @@ def measure(options, name):
     _, aspect = SCENES[name]
     size = (round(options.height * aspect), options.height)
     with tempfile.TemporaryDirectory() as folder:
-        programs = [Bhs(options, name, size, sampler, folder) for sampler in ("sobol", "independent")]
+        programs = [Bhs(options, name, size, sampler, guiding, folder)
+                    for sampler, guiding in (("sobol", False), ("sobol", True), ("independent", False))]
         programs += [Mitsuba(options, name, size, variant, folder) for variant in options.variant]
         for program in programs:
             # Compiles what there is to compile, for just this size.

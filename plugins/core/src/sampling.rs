@@ -16,6 +16,9 @@ pub trait Sampler: Send + Sync {
     fn samples_per_pixel(&self) -> u32;
 }
 
+/// More sets of numbers than one sample needs.
+const SETS_OF_A_WAVE: u32 = 1 << 20;
+
 /// The numbers of one sample of one pixel, in the order in which they are asked for.
 #[derive(Clone)]
 pub struct SampleStream<'a> {
@@ -31,6 +34,11 @@ impl<'a> SampleStream<'a> {
     /// The stream of sample `index` of `pixel`, from its first number.
     pub fn new(sampler: &'a dyn Sampler, pixel: [u32; 2], index: u32) -> Self {
         Self { sampler, pixel, index, next_set: 0, numbers: [0.0; SET], used: SET }
+    }
+
+    /// The same from other sets of numbers: those of different `wave` are independent of each other, for samples that learn from those before them.
+    pub fn of_wave(sampler: &'a dyn Sampler, pixel: [u32; 2], index: u32, wave: u32) -> Self {
+        Self { next_set: wave.wrapping_mul(SETS_OF_A_WAVE), ..Self::new(sampler, pixel, index) }
     }
 
     /// The next number.

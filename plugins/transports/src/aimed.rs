@@ -71,37 +71,41 @@ const FAINT: f32 = 0.5;
 /// The geodesics from vertices to points of lamps.
 pub struct Images {
     /// For each number of whole turns around the hole, the pair of each vertex.
-    turns: ArrayVec<[ConnectionPair; BATCH], MOST_TURNS>,
+    turns: [[ConnectionPair; BATCH]; MOST_TURNS],
+    /// How many turns there are.
+    count: usize,
+}
+
+impl Default for Images {
+    fn default() -> Self {
+        Self { turns: [[[None; 2]; BATCH]; MOST_TURNS], count: 0 }
+    }
 }
 
 impl Images {
-    /// Those between `ends`: at most [`BATCH`] of them.
-    pub fn between<'a>(
+    /// Finds those between `ends`: at most [`BATCH`] of them.
+    pub fn find<'a>(
+        &mut self,
         scene: &Scene,
         connections: &dyn Connections,
         ends: impl Iterator<Item = (DVec3, &'a LightSample)> + Clone,
-    ) -> Self {
+    ) {
         let is_sky = |light: &LightSample| matches!(light.source, LightSource::Sky { .. });
-        let numbered = || ends.clone().enumerate();
-        let near = || numbered().filter(|(_, (_, light))| !is_sky(light));
-        let pairs: ArrayVec<[DVec3; 2], BATCH> = near().map(|(_, (x, light))| [x, light.point]).collect();
-        let turns = (0..connections.turns()).map(|turn| {
-            let (mut found, mut joined) = ([[None; 2]; BATCH], [[None; 2]; BATCH]);
-            connections.connect_all(&scene.world, &pairs, turn, &mut joined[..pairs.len()]);
-            for ((k, _), pair) in near().zip(joined) {
-                found[k] = pair;
+        // Nothing joins a point with itself: those of the sky are put in afterwards.
+        let pairs: ArrayVec<[DVec3; 2], BATCH> =
+            ends.clone().map(|(x, light)| [x, if is_sky(light) { x } else { light.point }]).collect();
+        self.count = connections.turns() as usize;
+        for (turn, found) in (0..connections.turns()).zip(&mut self.turns) {
+            connections.connect_all(&scene.world, &pairs, turn, &mut found[..pairs.len()]);
+            for (found, (x, light)) in found.iter_mut().zip(ends.clone()).filter(|(_, (_, light))| is_sky(light)) {
+                *found = connections.connect_sky(&scene.world, x, light.point, turn);
             }
-            for (k, (x, light)) in numbered().filter(|(_, (_, light))| is_sky(light)) {
-                found[k] = connections.connect_sky(&scene.world, x, light.point, turn);
-            }
-            found
-        });
-        Self { turns: turns.collect() }
+        }
     }
 
     /// Those of vertex number `k`.
     pub fn of(&self, k: usize) -> impl Iterator<Item = &Connection> {
-        self.turns.iter().flat_map(move |pairs| pairs[k].iter().flatten())
+        self.turns[..self.count].iter().flat_map(move |pairs| pairs[k].iter().flatten())
     }
 }
 

@@ -13,7 +13,7 @@
 //!
 //! With `guiding`, a render learns where light comes from while it goes on, and matt surfaces choose part of their directions by that
 //! ([`Guide`]): where only light from elsewhere arrives, in shadows and on ceilings, noise falls most. No sample's mean depends on what
-//! was learned, if the samples of a pixel are independent of each other. Weights then say little about what a path is worth, for they
+//! was learned, for those that follow have numbers of their own. Weights then say little about what a path is worth, for they
 //! are small where much light is expected; roulette ends paths by what surfaces reflect.
 //!
 //! Paths are followed together, bounce by bounce: first all their rays, then, at the surfaces, all the geodesics to lamps; for integrators
@@ -221,7 +221,7 @@ impl Path {
         let aims = self.light_sampling && scene.light_choice.total() > 0.0;
         let connections = scene.integrator.connections().filter(|_| aims);
         let mut states: ArrayVec<State, BATCH> = paths.iter().map(State::new).collect();
-        let mut aimed = Aimed::default();
+        let (mut images, mut aimed) = (Images::default(), Aimed::default());
         for path in &mut *paths {
             path.radiance = SampledSpectrum::ZERO;
         }
@@ -235,12 +235,15 @@ impl Path {
             let mut met: ArrayVec<Met, BATCH> = ArrayVec::new();
             for (i, end) in underway.iter().zip(&traced) {
                 let at = Bounce { scene, connections, path: &mut paths[*i], state: &mut states[*i] };
-                let Some(vertex) = at.arrive(end, log).filter(|_| depth < self.max_depth) else { continue };
-                let place = guide.filter(|_| vertex.material.is_matt()).map(|g| g.place(&vertex));
-                met.push(Met { index: *i, vertex, place });
+                if let Some(vertex) = at.arrive(end, log)
+                    && depth < self.max_depth
+                {
+                    let place = guide.filter(|_| vertex.material.is_matt()).map(|g| g.place(&vertex));
+                    met.push(Met { index: *i, vertex, place });
+                }
             }
             if let Some(connections) = connections {
-                self.aim(scene, connections, &met, (&mut *paths, &states), &mut aimed, log);
+                self.aim(scene, connections, &met, (&mut *paths, &states), (&mut images, &mut aimed), log);
             }
             underway.clear();
             for Met { index, vertex, place } in &met {
@@ -270,7 +273,7 @@ impl Path {
         connections: &dyn Connections,
         met: &[Met],
         (paths, states): (&mut [PathSample], &[State]),
-        aimed: &mut Aimed,
+        (images, aimed): (&mut Images, &mut Aimed),
         log: &mut TraceLog,
     ) {
         let mut drawn: ArrayVec<(&Met, LightSample), BATCH> = ArrayVec::new();
@@ -281,7 +284,7 @@ impl Path {
                 drawn.push((met, light));
             }
         }
-        let images = Images::between(scene, connections, drawn.iter().map(|(met, light)| (met.vertex.hit.point, light)));
+        images.find(scene, connections, drawn.iter().map(|(met, light)| (met.vertex.hit.point, light)));
         for (k, (Met { index, vertex, place }, light)) in drawn.iter().enumerate() {
             let (path, State { throughput, lambda, .. }) = (&mut paths[*index], &states[*index]);
             let (throughput, path_number) = (*throughput, *index);
@@ -316,6 +319,7 @@ struct Bounce<'a, 'p, 's> {
 
 impl<'s> Bounce<'_, '_, 's> {
     /// What the ray that ended at `end` has found; the vertex there, if it is one.
+    #[inline(always)]
     fn arrive(self, end: &Traced, log: &mut TraceLog) -> Option<Vertex<'s>> {
         let Self { scene, connections, path, state } = self;
         if let Some(lesson) = state.lessons.last_mut().filter(|l| l.before.is_none()) {
