@@ -127,9 +127,10 @@ impl Tolerance {
         }
     }
 
-    /// The largest angle of a chord of a ray of the given footprint around `hole`, if it may take up `share` of the tolerance, in radians.
-    pub fn chord(self, world: &World, hole: &BlackHole, footprint: f64, share: f64) -> f64 {
-        chord_angle(hole.rs, share * self.distance(world, footprint))
+    /// The largest angle of a chord of a ray of the given footprint around `hole` whose orbit has the relative error `error`, in radians: the
+    /// chord may take up what the orbit leaves.
+    pub fn chord(self, world: &World, hole: &BlackHole, footprint: f64, error: f64) -> f64 {
+        chord_angle(hole.rs, self.distance(world, footprint) - error * world.reach)
     }
 
     /// Relative error of the orbit: `share` of the tolerance over the distance from the hole to the farthest surface, or less.

@@ -12,7 +12,6 @@ use crate::orbit::{Dense, Fate, OrbitPlane, Stepper};
 use crate::packet::{Course, End, follow};
 use crate::straight::Straight;
 use crate::taylor::TaylorOrbit;
-use arrayvec::ArrayVec;
 use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::{ConnectionPair, Connections, Sight, SurfaceHit};
 use bhs_core::lanes::LANES;
@@ -127,10 +126,11 @@ impl Connections for Joined {
                 }
                 continue;
             };
-            let courses: ArrayVec<Course, LANES> = sights.iter().map(|s| self.course(world, hole, s)).collect();
+            // Lanes without a sight repeat the last one.
+            let courses = std::array::from_fn(|i| self.course(world, hole, &sights[i.min(sights.len() - 1)]));
             // What is counted of rays is not counted of these.
             let counters = log.counters;
-            let ends = follow(world, hole, &courses, u64::MAX, log);
+            let ends = follow(world, hole, &courses, sights.len(), u64::MAX, log);
             (log.counters.hit, log.counters.steps) = (counters.hit, counters.steps);
             for ((sight, visible), (end, _)) in sights.iter().zip(visible).zip(ends) {
                 *visible = match end {

@@ -93,14 +93,19 @@ pub(crate) struct Packet<'w> {
     ends: [Ended; LANES],
 }
 
-/// Follows up to [`LANES`] rays around `hole`, each for at most `max_steps` steps.
-pub fn follow(world: &World, hole: &BlackHole, courses: &[Course], max_steps: u64, log: &mut TraceLog) -> [Ended; LANES] {
+/// Follows the first `count` of some rays around `hole`, each for at most `max_steps` steps; the others are there to fill the lanes.
+pub fn follow(
+    world: &World,
+    hole: &BlackHole,
+    course: &[Course; LANES],
+    count: usize,
+    max_steps: u64,
+    log: &mut TraceLog,
+) -> [Ended; LANES] {
     let c = Lanes::splat;
-    // Places without a ray repeat the first one.
-    let course: [Course; LANES] = std::array::from_fn(|i| courses[if i < courses.len() { i } else { 0 }]);
-    let number = |f: fn(&Course) -> f64| Lanes::from(course.map(|c| f(&c)));
-    let (planes, start, ordinary) =
-        Planes::of_rays(hole.center, Vectors::of(course.map(|c| c.from)), Vectors::of(course.map(|c| c.direction)));
+    let vectors = |f: fn(&Course) -> DVec3| Vectors::of(std::array::from_fn(|i| f(&course[i])));
+    let number = |f: fn(&Course) -> f64| Lanes::from(std::array::from_fn::<f64, LANES, _>(|i| f(&course[i])));
+    let (planes, start, ordinary) = Planes::of_rays(hole.center, vectors(|c| c.from), vectors(|c| c.direction));
     let ordinary = ordinary & start.u.simd_lt(c(1.0 / hole.rs));
     let error = errors(hole.rs, &start, number(|c| c.error));
     let limit = number(|c| c.end);
@@ -112,12 +117,12 @@ pub fn follow(world: &World, hole: &BlackHole, courses: &[Course], max_steps: u6
         u_bound: if world.reach > 0.0 { 1.0 / reach } else { f64::INFINITY },
         planes,
         angle: number(|c| c.chord),
-        last: Places { phi: c(0.0), u: start.u, points: Vectors::of(course.map(|c| c.origin)) },
+        last: Places { phi: c(0.0), u: start.u, points: vectors(|c| c.origin) },
         before: Vectors::all(DVec3::ZERO),
         has_before: none(),
         ends: [(End::OutOfSteps, 0.0); LANES],
     };
-    let present = first(courses.len());
+    let present = first(count);
     for i in set_bits((present & !ordinary).to_bitmask()) {
         packet.ends[i] = (End::Odd, 0.0);
     }

@@ -2,6 +2,7 @@
 //!
 //! Taylor series of the orbit, two or three steps a ray (`taylor.rs`), between which chords go to the intersector. Both keep within
 //! `tolerance` together: at most a quarter of it is the integration's, and never more than a relative error of 1e-6; the rest is the chords'.
+//! Rays that come together are followed side by side (`packet.rs`).
 //! What the chords meet is refined to where the orbit meets the surface: what is left to the tolerance is which surface is met.
 //!
 //! | parameter | type | default | unit | meaning |
@@ -20,7 +21,6 @@ use crate::flight::{Flight, Tolerance, static_observer};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::packet::{Course, End, follow};
 use crate::taylor::TaylorOrbit;
-use arrayvec::ArrayVec;
 use bhs_core::Plugin;
 use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
@@ -67,8 +67,9 @@ impl Integrator for Adaptive {
             Ok(flight) => flight,
             Err(arrival) => return arrival,
         };
-        let orbit = TaylorOrbit::new(flight.hole.rs, flight.start, self.tolerance.relative(world, ray.footprint, INTEGRATION));
-        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, 1.0 - INTEGRATION);
+        let error = self.tolerance.relative(world, ray.footprint, INTEGRATION);
+        let orbit = TaylorOrbit::new(flight.hole.rs, flight.start, error);
+        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, error);
         flight.follow(orbit, chord, self.max_steps, log)
     }
 
@@ -89,22 +90,21 @@ impl Integrator for Adaptive {
         let mut precision = |footprint: f64| match known {
             Some((of, chord, error)) if of == footprint => (chord, error),
             _ => {
-                let chord = self.tolerance.chord(world, hole, footprint, 1.0 - INTEGRATION);
                 let error = self.tolerance.relative(world, footprint, INTEGRATION);
+                let chord = self.tolerance.chord(world, hole, footprint, error);
                 known = Some((footprint, chord, error));
                 (chord, error)
             }
         };
         for (rays, traced) in rays.chunks(LANES).zip(traced.chunks_mut(LANES)) {
-            let courses: ArrayVec<Course, LANES> = rays
-                .iter()
-                .map(|ray| {
-                    let (chord, error) = precision(ray.footprint);
-                    let Ray { origin, direction, .. } = *ray;
-                    Course { from: origin, direction, origin, chord, error, end: f64::INFINITY }
-                })
-                .collect();
-            let ends = follow(world, hole, &courses, self.max_steps, log);
+            // Lanes without a ray repeat the last one.
+            let courses = std::array::from_fn(|i| {
+                let ray = &rays[i.min(rays.len() - 1)];
+                let (chord, error) = precision(ray.footprint);
+                let Ray { origin, direction, .. } = *ray;
+                Course { from: origin, direction, origin, chord, error, end: f64::INFINITY }
+            });
+            let ends = follow(world, hole, &courses, rays.len(), self.max_steps, log);
             for ((ray, traced), (end, phi)) in rays.iter().zip(traced).zip(ends) {
                 let counters = &mut log.counters;
                 counters.geodesics += 1;

@@ -64,7 +64,7 @@ impl Integrator for Exact {
             Err(arrival) => return arrival,
         };
         let form = ClosedForm::new(flight.hole.rs, flight.start.u, flight.start.du);
-        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, 1.0);
+        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, 0.0);
         flight.follow(ExactOrbit::new(&form), chord, self.max_steps, log)
     }
 
