@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::sync::Mutex;
 
 /// Side of a tile (pixels).
-const TILE: u32 = 16;
+pub const TILE: u32 = 16;
 
 /// A rectangle of pixels.
 pub struct Tile {

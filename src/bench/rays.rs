@@ -1,5 +1,6 @@
 //! A scene's own rays, and how far from the truth an integrator follows them.
 
+use crate::film::TILE;
 use crate::lang::BuiltScene;
 use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Integrator, Ray, Traced};
@@ -31,7 +32,7 @@ pub fn truth(world: &World) -> Exact {
     Exact::new(Tolerance::Absolute(TRUTH * diagonal(world)), MOST_STEPS)
 }
 
-/// `count` camera rays through random places of the picture.
+/// `count` camera rays through random places of the picture, in the order in which a render follows such: tile by tile, row by row.
 pub fn camera_rays(built: &BuiltScene, count: usize) -> Vec<Ray> {
     let [width, height] = built.film.resolution().map(f64::from);
     let ray = |i: usize| {
@@ -40,9 +41,13 @@ pub fn camera_rays(built: &BuiltScene, count: usize) -> Vec<Ray> {
         let seen = built.camera.ray(at, stream.next_2d());
         let observer = built.scene.observer(seen.origin).unwrap_or(Observer::FLAT);
         let direction = observer.frame.chart_direction(seen.direction);
-        Ray { origin: seen.origin, direction, footprint: built.scene.footprints.camera }
+        let [x, y] = at.to_array().map(|c| c as u32);
+        let place = (y / TILE, x / TILE, y, x);
+        (place, Ray { origin: seen.origin, direction, footprint: built.scene.footprints.camera })
     };
-    (0..count).map(ray).collect()
+    let mut rays: Vec<_> = (0..count).map(ray).collect();
+    rays.sort_by_key(|(place, _)| *place);
+    rays.into_iter().map(|(_, ray)| ray).collect()
 }
 
 /// The rays that leave the surfaces which `from` arrive at, as light leaves a white wall.
