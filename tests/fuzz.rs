@@ -1,10 +1,12 @@
 //! Nothing that a person, an exporter or a broken disk can write makes the program panic, hang, or ask for more memory than the
-//! input justifies: mutated scenes and random ones through parser and builder, mutated meshes and spectra through their readers.
+//! input justifies: mutated scenes and random ones through parser and builder, mutated meshes, spectra and
+//! pictures through their readers.
 //!
 //! Everything is drawn from fixed seeds. `BHS_FUZZ=10` multiplies the number of inputs.
 
 mod common;
 
+use bhs::image::{Frame, Picture};
 use bhs::lang::description::Entity;
 use bhs::lang::parse::Directives;
 use bhs::lang::{self, Overrides, SourceMap};
@@ -15,12 +17,15 @@ use bhs_core::geometry::Shape;
 use bhs_core::material::Material;
 use bhs_core::params::Files;
 use bhs_core::value::{Param, ParamType, Values};
+use std::io::Cursor;
 
 /// Scenes that are read; every [`BUILT`]th of them is built too.
 const SCENES: u64 = 100_000;
 const BUILT: u64 = 10;
 /// Files of each kind that are mutated and read.
 const FILES: u64 = 10_000;
+/// Pictures that are mutated and rendered.
+const PICTURES: u64 = 1_000;
 
 /// Bytes that reading may hold at once for each byte of input, and besides.
 const BYTES_A_BYTE: usize = 200;
@@ -309,6 +314,54 @@ fn mutated_spectra() {
     let registry = Registry::builtin();
     let examples = [b"# paint\n400 0.5\n\n500.5\t1e-1\n".to_vec(), b"400,0.5\n500,0.25\n".to_vec()];
     mutated_files(&examples, |file| make::<dyn Material>(&registry, file, "diffuse", ParamType::Spectrum, "reflectance"));
+}
+
+/// A picture of 4 by 2 texels as PNG, EXR and HDR.
+fn picture_examples() -> Vec<Vec<u8>> {
+    let size = [4, 2];
+    let data: Vec<f32> = (0..24).map(|i| i as f32 / 16.0).collect();
+    let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
+    let picture = Picture { size, frame: Frame { offset: [0, 0], size }, channels, data };
+    let mut exr = Cursor::new(Vec::new());
+    picture.write_exr(&mut exr, &[]).expect("the encoder works");
+    let mut png = Vec::new();
+    picture.write_png(&mut png, |p| [p[0], p[1], p[2]]).expect("the encoder works");
+    let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
+    hdr.extend((0..32).map(|i| if i % 4 == 3 { 129 } else { 8 * i as u8 }));
+    vec![png, exr.into_inner(), hdr]
+}
+
+#[test]
+fn mutated_pictures_in_scenes() {
+    // The same file is a sky, a colour and a number.
+    let text = r#"LightTransport "path" "integer maxdepth" 2 Film "rgb" "integer xresolution" 2 "integer yresolution" 2
+        Sampler "independent" "integer pixelsamples" 1 Option "string intersector" "reference" LookAt 0 0 -3 0 0 0 0 1 0
+        WorldBegin LightSource "infinite" "string filename" "picture"
+        Texture "c" "spectrum" "imagemap" "string filename" "picture" Texture "n" "float" "imagemap" "string filename" "picture"
+        Material "conductor" "texture reflectance" "c" "texture roughness" "n" Shape "sphere""#;
+    let (folder, registry) = (tempfile::tempdir().expect("a folder"), Registry::builtin());
+    let (scene, picture) = (folder.path().join("scene.bhs"), folder.path().join("picture"));
+    std::fs::write(&scene, text).expect("a file");
+    let make = |bytes: &[u8]| {
+        std::fs::write(&picture, bytes).expect("a file");
+        let mut sources = SourceMap::new();
+        let made = lang::load(&scene.to_string_lossy(), &registry, &Overrides::default(), &mut sources);
+        match &made {
+            Ok(built) => drop(bhs::render::render_quietly(built)),
+            Err(found) => assert!(found.iter().all(|d| ["bad-file", "unreadable"].contains(&d.code)), "{found:?}"),
+        }
+        made.is_ok()
+    };
+    let examples = picture_examples();
+    assert!(examples.iter().all(|e| make(e)));
+    let mut faulty = 0;
+    for seed in 0..times(PICTURES) {
+        let mut random = Random(seed);
+        let mut bytes = examples[random.below(examples.len())].clone();
+        mutate(&mut random, &mut bytes, FILE_WORDS);
+        within_memory(bytes.len(), &bytes, || faulty += u64::from(!make(&bytes)));
+    }
+    assert!(faulty > times(PICTURES) / 10 && faulty < times(PICTURES), "{faulty}");
 }
 
 /// One mesh in every way that a PLY file can be written.
