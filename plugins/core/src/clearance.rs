@@ -107,8 +107,13 @@ impl Clearance {
         // they are closed.
         const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
         let [x, y, z] = ((p - 0.5) + ROUND).to_array().map(|c| c.to_bits() as u32);
-        let steps = self.steps[self.index(UVec3::new(x, y, z))];
-        f64::from(steps.saturating_sub(1)) * self.cell
+        self.around(UVec3::new(x, y, z))
+    }
+
+    /// The distance from any point of the cell `c` within which there is no surface.
+    #[inline]
+    fn around(&self, c: UVec3) -> f64 {
+        f64::from(self.steps[self.index(c)].saturating_sub(1)) * self.cell
     }
 
     /// [`Clearance::at`] several points.
@@ -142,8 +147,7 @@ impl Clearance {
             return 0.0;
         }
         let cell = ((nearest - self.min) * self.per_cell).floor().min(self.cells - 1.0);
-        let steps = self.steps[self.index(cell.as_uvec3())];
-        away.max(f64::from(steps.saturating_sub(1)) * self.cell - away)
+        away.max(self.around(cell.as_uvec3()) - away)
     }
 
     /// Side of a cell (scene units).

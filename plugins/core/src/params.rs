@@ -22,7 +22,7 @@ mod from_param;
 mod spectra;
 
 pub use from_param::{FromParam, Normal3, Point2, Point3, Vector3};
-pub(crate) use spectra::Constant;
+pub use spectra::Constant;
 
 /// Files as plugins see them: the contract does no input or output itself.
 pub trait Files {

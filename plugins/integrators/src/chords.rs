@@ -73,6 +73,13 @@ pub(crate) struct Span {
     pub before: Option<DVec3>,
 }
 
+/// A box around all surfaces with room for rounding, and 1/r of the sphere around the hole that holds all geometry: infinite where there
+/// is none.
+pub(crate) fn surroundings(world: &World) -> (Aabb, f64) {
+    let World { margin, reach, .. } = *world;
+    (world.bounds.grown(margin), if reach > 0.0 { 1.0 / (reach + margin) } else { f64::INFINITY })
+}
+
 /// The chords of one orbit through one world.
 pub struct Chords<'w> {
     world: &'w World,
@@ -101,18 +108,8 @@ impl<'w> Chords<'w> {
     /// The chords of an orbit around a hole of radius `rs` that began at the angle 0, from `last` on, which the chord `before` led to unless
     /// the ray begins there.
     pub(crate) fn on(world: &'w World, rs: f64, plane: OrbitPlane, angle: f64, last: Place, before: Option<DVec3>) -> Self {
-        let World { margin, reach, .. } = *world;
-        Self {
-            world,
-            plane,
-            rs,
-            angle,
-            bounds: world.bounds.grown(margin),
-            u_bound: if reach > 0.0 { 1.0 / (reach + margin) } else { f64::INFINITY },
-            begin: 0.0,
-            last,
-            before,
-        }
+        let (bounds, u_bound) = surroundings(world);
+        Self { world, plane, rs, angle, bounds, u_bound, begin: 0.0, last, before }
     }
 
     /// The first surface that the orbit meets on `step`, which continues the step before.

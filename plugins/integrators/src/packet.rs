@@ -4,7 +4,7 @@
 //! one. Whatever is out of the ordinary (a hit that is not where the chord has it, an analytic surface, a ray along the radius) is left to
 //! the code for one ray. What becomes of a ray does not depend on those beside it.
 
-use crate::chords::{Chords, NEARBY, Place};
+use crate::chords::{Chords, NEARBY, Place, surroundings};
 use crate::orbit::Dense;
 use crate::packet_hits::{Asked, Hits};
 use crate::packet_orbit::{Planes, Polars, Steps, errors};
@@ -109,12 +109,12 @@ pub fn follow(
     let ordinary = ordinary & start.u.simd_lt(c(1.0 / hole.rs));
     let error = errors(hole.rs, &start, number(|c| c.error));
     let limit = number(|c| c.end);
-    let reach = world.reach + world.margin;
+    let (bounds, u_bound) = surroundings(world);
     let mut packet = Packet {
         world,
         rs: hole.rs,
-        bounds: world.bounds.grown(world.margin),
-        u_bound: if world.reach > 0.0 { 1.0 / reach } else { f64::INFINITY },
+        bounds,
+        u_bound,
         planes,
         angle: number(|c| c.chord),
         last: Places { phi: c(0.0), u: start.u, points: vectors(|c| c.origin) },
@@ -140,7 +140,6 @@ impl Packet<'_> {
                 return;
             }
             log.counters.steps += count;
-
             let mut steps = Steps::from(self.rs, &start, error);
             let there = steps.limit(limit);
             let captured = underway & steps.captured(self.rs);
@@ -204,7 +203,6 @@ impl Packet<'_> {
                 if touched.none() {
                     return met;
                 }
-
                 let arrived = self.settle(steps, &hits, log);
                 met |= arrived;
                 going = touched & !arrived;
@@ -212,7 +210,6 @@ impl Packet<'_> {
                 hits.clear();
                 continue;
             }
-
             let meets = self.chords(steps, chords, &mut going, &mut hits, log);
             touched |= meets;
             going &= !meets;

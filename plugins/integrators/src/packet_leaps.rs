@@ -32,7 +32,6 @@ impl Packet<'_> {
             if leaping.none() {
                 return *going;
             }
-
             chords |= leaping & !self.leap(steps, leaping, log);
         }
     }

@@ -107,8 +107,11 @@ impl Integrator for Adaptive {
             let ends = follow(world, hole, &courses, rays.len(), self.max_steps, log);
             for ((ray, traced), (end, phi)) in rays.iter().zip(traced).zip(ends) {
                 let counters = &mut log.counters;
-                counters.geodesics += 1;
                 let arrival = match end {
+                    End::Odd => {
+                        *traced = one(ray, log);
+                        continue;
+                    }
                     End::Surface(hit) => Arrival::Surface(hit),
                     End::Sky(direction) => {
                         counters.escaped += 1;
@@ -122,12 +125,8 @@ impl Integrator for Adaptive {
                         counters.out_of_steps += 1;
                         Arrival::OutOfSteps
                     }
-                    End::Odd => {
-                        counters.geodesics -= 1;
-                        *traced = one(ray, log);
-                        continue;
-                    }
                 };
+                counters.geodesics += 1;
                 *traced = Traced { arrival, phi };
             }
         }

@@ -19,12 +19,11 @@
 //! ```
 
 use crate::colorimetry::{d65_points, rows};
-use crate::constant::Constant;
 use crate::sellmeier::Sellmeier;
 use crate::tabulated::{Outside, Tabulated, name_and_outside};
 use crate::{Built, SpectrumPlugin, check_role};
 use bhs_core::diagnostics::{Diagnostic, did_you_mean};
-use bhs_core::params::Context;
+use bhs_core::params::{Constant, Context};
 use bhs_core::spectrum::SpectrumRole;
 use bhs_core::value::Param;
 use std::sync::Arc;

@@ -11,17 +11,13 @@
 //! ```
 
 use crate::{Built, SpectrumPlugin, check_role, numbers, wrong_value};
-use bhs_core::params::Context;
-use bhs_core::spectrum::{Spectrum, SpectrumRole};
+use bhs_core::params::{Constant, Context};
+use bhs_core::spectrum::SpectrumRole;
 use bhs_core::value::Param;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: SpectrumPlugin = SpectrumPlugin { name: "constant", summary: "the same value at all wavelengths", build };
-
-/// The same value at all wavelengths.
-#[derive(Debug)]
-pub struct Constant(pub f32);
 
 fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     let [value] = numbers(param) else {
@@ -29,18 +25,4 @@ fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     };
     check_role(param, param.span, role, [(*value, String::new())])?;
     Ok(Arc::new(Constant(*value as f32)))
-}
-
-impl Spectrum for Constant {
-    fn at(&self, _: f32) -> f32 {
-        self.0
-    }
-
-    fn max(&self, _: f32, _: f32) -> f32 {
-        self.0
-    }
-
-    fn is_constant(&self) -> bool {
-        true
-    }
 }

@@ -17,11 +17,10 @@
 //! ```
 
 use crate::colorimetry::colorimetry;
-use crate::constant::Constant;
 use crate::tabulated::Tabulated;
 use crate::upsample::Sigmoid;
 use crate::{Built, SpectrumPlugin, check_role, numbers, wrong_value};
-use bhs_core::params::Context;
+use bhs_core::params::{Constant, Context};
 use bhs_core::spectrum::{Spectrum, SpectrumRole};
 use bhs_core::value::Param;
 use std::fmt;

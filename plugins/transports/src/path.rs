@@ -51,12 +51,13 @@ use std::f32::consts::FRAC_1_PI;
 pub const PLUGIN: Plugin<dyn LightTransport> =
     Plugin { name: "path", summary: "path tracing, with light sampling where the integrator can join two points", build };
 
-#[derive(Clone, Copy)]
 struct Path {
     max_depth: u32,
     roulette_depth: u32,
     light_sampling: bool,
     guiding: bool,
+    /// What a render with guiding has learned; `None` outside of one.
+    guide: Option<Guide>,
 }
 
 fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
@@ -65,13 +66,7 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         p.get_in("rrdepth", 3, 0..=1_000_000, "bounces", "first bounce at which a path may end by roulette") as u32;
     let light_sampling = p.get("lightsampling", true, "", "whether lamps are aimed at; if not, they are found by chance alone");
     let guiding = p.get("guiding", false, "", "whether directions follow what was learned of the light");
-    Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding }))
-}
-
-/// A path tracer during one render, with what it has learned.
-struct Guided {
-    path: Path,
-    guide: Guide,
+    Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding, guide: None }))
 }
 
 /// First bounces of each path that teach.
@@ -165,19 +160,25 @@ impl LightTransport for Path {
         log: &mut TraceLog,
     ) -> SampledSpectrum {
         let mut path = PathSample { ray, lambda: *lambda, stream: stream.clone(), radiance: SampledSpectrum::ZERO };
-        self.follow(scene, std::slice::from_mut(&mut path), None, log);
+        self.follow(scene, std::slice::from_mut(&mut path), log);
         *stream = path.stream;
         path.radiance
     }
 
     fn radiance_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
         for paths in paths.chunks_mut(BATCH) {
-            self.follow(scene, paths, None, log);
+            self.follow(scene, paths, log);
         }
     }
 
     fn for_render(&self, scene: &Scene) -> Option<Box<dyn LightTransport>> {
-        self.guiding.then(|| Box::new(Guided { path: *self, guide: Guide::new(scene.world.bounds) }) as _)
+        self.guiding.then(|| Box::new(Self { guide: Some(Guide::new(scene.world.bounds)), ..*self }) as _)
+    }
+
+    fn end_wave(&mut self) {
+        if let Some(guide) = &mut self.guide {
+            guide.end_wave();
+        }
     }
 
     fn samples_lights(&self) -> bool {
@@ -185,39 +186,10 @@ impl LightTransport for Path {
     }
 }
 
-impl LightTransport for Guided {
-    fn radiance(
-        &self,
-        scene: &Scene,
-        ray: Ray,
-        lambda: &SampledWavelengths,
-        stream: &mut SampleStream,
-        log: &mut TraceLog,
-    ) -> SampledSpectrum {
-        let mut path = PathSample { ray, lambda: *lambda, stream: stream.clone(), radiance: SampledSpectrum::ZERO };
-        self.path.follow(scene, std::slice::from_mut(&mut path), Some(&self.guide), log);
-        *stream = path.stream;
-        path.radiance
-    }
-
-    fn radiance_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
-        for paths in paths.chunks_mut(BATCH) {
-            self.path.follow(scene, paths, Some(&self.guide), log);
-        }
-    }
-
-    fn end_wave(&mut self) {
-        self.guide.end_wave();
-    }
-
-    fn samples_lights(&self) -> bool {
-        self.path.light_sampling
-    }
-}
-
 impl Path {
     /// Follows up to [`BATCH`] paths to their ends.
-    fn follow(&self, scene: &Scene, paths: &mut [PathSample], guide: Option<&Guide>, log: &mut TraceLog) {
+    fn follow(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
+        let guide = self.guide.as_ref();
         let aims = self.light_sampling && scene.light_choice.total() > 0.0;
         let connections = scene.integrator.connections().filter(|_| aims);
         let mut states: ArrayVec<State, BATCH> = paths.iter().map(State::new).collect();

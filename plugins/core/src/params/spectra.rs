@@ -84,9 +84,9 @@ impl Params<'_> {
     }
 }
 
-/// The same value at all wavelengths; stands in where a plugin states a number as its default.
+/// The same value at all wavelengths.
 #[derive(Debug)]
-pub(crate) struct Constant(pub(crate) f32);
+pub struct Constant(pub f32);
 
 impl Spectrum for Constant {
     fn at(&self, _: f32) -> f32 {
