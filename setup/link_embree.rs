@@ -9,7 +9,7 @@
 //! Running without Cargo: the rpath, in this package's own executables.
 //! Flags in `.cargo/config.toml` would do all this too, but are lost whenever someone sets `RUSTFLAGS`.
 
-#![allow(clippy::print_stdout)] // a build script talks to Cargo this way
+#![allow(clippy::print_stdout, clippy::print_stderr)] // a build script talks to Cargo this way
 
 use std::os::unix::fs::symlink;
 use std::path::PathBuf;

@@ -1,10 +1,11 @@
 //! What the program's commands do.
 
 use crate::cli::{BenchArgs, SceneArgs, TraceArgs};
-use crate::image::{OutputFile, Picture};
+use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Overrides, SourceMap};
+use crate::output::OutputFile;
 use crate::registry::Registry;
-use crate::{plugins_table, report};
+use crate::{message, plugins_table, report, say};
 use anyhow::{Context, Result};
 use bhs_core::diagnostics::Diagnostic;
 use serde_json::json;
@@ -12,6 +13,7 @@ use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+mod outputs;
 mod render;
 
 pub use render::render;
@@ -46,19 +48,19 @@ fn load(scene: &Path, overrides: &Overrides, color: bool) -> Option<BuiltScene> 
     let mut sources = SourceMap::new();
     match lang::load(&scene.to_string_lossy(), &Registry::builtin(), overrides, &mut sources) {
         Ok(built) => {
-            say(&built.warnings, &sources, color);
+            show(&built.warnings, &sources, color);
             Some(built)
         }
         Err(found) => {
-            say(&found, &sources, color);
+            show(&found, &sources, color);
             None
         }
     }
 }
 
-fn say(found: &[Diagnostic], sources: &SourceMap, color: bool) {
+fn show(found: &[Diagnostic], sources: &SourceMap, color: bool) {
     if !found.is_empty() {
-        eprint!("{}", report::render(found, sources, color));
+        message::write(format_args!("{}", report::render(found, sources, color)));
     }
 }
 
@@ -73,7 +75,7 @@ fn overrides(args: &SceneArgs) -> Overrides {
 pub fn check(scene: &Path, as_json: bool, color: bool) -> Result<ExitStatus> {
     if !as_json {
         let Some(_) = load(scene, &Overrides::default(), color) else { return Ok(ExitStatus::Fault) };
-        eprintln!("{}: no errors", scene.display());
+        say!("{}: no errors", scene.display());
         return Ok(ExitStatus::Done);
     }
     let mut sources = SourceMap::new();
@@ -94,7 +96,7 @@ pub fn check(scene: &Path, as_json: bool, color: bool) -> Result<ExitStatus> {
 /// If the scene cannot be written.
 pub fn format(scene: &Path, write: bool, color: bool) -> Result<ExitStatus> {
     if write && scene == Path::new("-") {
-        eprintln!("error: --write writes a file, and the scene comes from standard input");
+        say!("error: --write writes a file, and the scene comes from standard input");
         return Ok(ExitStatus::CommandLine);
     }
     let mut sources = SourceMap::new();
@@ -104,7 +106,7 @@ pub fn format(scene: &Path, write: bool, color: bool) -> Result<ExitStatus> {
     });
     match formatted {
         Err(found) => {
-            say(&found, &sources, color);
+            show(&found, &sources, color);
             Ok(ExitStatus::Fault)
         }
         Ok(text) if write => {
@@ -134,7 +136,7 @@ pub fn plugins(kind: Option<&str>, name: Option<&str>, as_json: bool) -> Result<
             Ok(ExitStatus::Done)
         }
         Err(unknown) => {
-            eprintln!("error: {unknown}");
+            say!("error: {unknown}");
             Ok(ExitStatus::CommandLine)
         }
     }
@@ -148,7 +150,7 @@ pub fn trace(args: &TraceArgs, color: bool) -> Result<ExitStatus> {
     // One of the two is given: the command line sees to it.
     let Some(input) = args.rays.as_ref().or(args.connect.as_ref()) else { return Ok(ExitStatus::CommandLine) };
     if input == Path::new("-") && args.scene == Path::new("-") {
-        eprintln!(
+        say!(
             "error: the scene and its {} cannot both come from standard input",
             if args.rays.is_some() { "rays" } else { "pairs" }
         );
@@ -178,7 +180,7 @@ pub fn trace(args: &TraceArgs, color: bool) -> Result<ExitStatus> {
 pub fn bench(args: &BenchArgs, color: bool) -> Result<ExitStatus> {
     if args.scene == Path::new("-") {
         // It is read several times.
-        eprintln!("error: `bhs bench` needs a file");
+        say!("error: `bhs bench` needs a file");
         return Ok(ExitStatus::CommandLine);
     }
     // Integrators at the scene's own resolution, which sets what they need not tell apart.

@@ -3,8 +3,8 @@
 use crate::film::LayerPicture;
 use anyhow::{Context, Result, bail};
 use exr::prelude as exrs;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
 
 /// A picture of any number of channels, 32-bit floats.
 #[derive(Clone, Debug, PartialEq)]
@@ -155,55 +155,4 @@ pub fn write_png(to: impl Write, size: [usize; 2], bytes: &[u8]) -> Result<()> {
     let encoder = PngEncoder::new_with_quality(to, CompressionType::Default, FilterType::Adaptive);
     encoder.write_image(bytes, size[0] as u32, size[1] as u32, image::ExtendedColorType::Rgb8)?;
     Ok(())
-}
-
-/// An output file that comes into being only when it is whole: until then everything goes to a file beside it.
-pub struct OutputFile {
-    path: PathBuf,
-    partial: PathBuf,
-}
-
-impl OutputFile {
-    /// Makes sure, before any work is done, that `path` can be written.
-    ///
-    /// # Errors
-    /// Says why it cannot.
-    pub fn reserve(path: &Path) -> Result<Self> {
-        let shown = path.display();
-        if path.is_dir() {
-            bail!("cannot write `{shown}`: it is a directory");
-        }
-        let name = path.file_name().with_context(|| format!("cannot write `{shown}`: it does not name a file"))?;
-        if std::fs::metadata(path).is_ok_and(|m| m.permissions().readonly()) {
-            bail!("cannot write `{shown}`: the file is read-only");
-        }
-        let partial = path.with_file_name(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-        std::fs::File::create(&partial).with_context(|| format!("cannot write `{shown}`"))?;
-        Ok(Self { path: path.to_owned(), partial })
-    }
-
-    /// Where it will stand.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Writes the file and puts it in its place.
-    ///
-    /// # Errors
-    /// If it cannot be written; what stood there before is then untouched.
-    pub fn finish(self, write: impl FnOnce(&mut BufWriter<std::fs::File>) -> Result<()>) -> Result<()> {
-        let shown = self.path.display();
-        let file = std::fs::File::create(&self.partial).with_context(|| format!("cannot write `{shown}`"))?;
-        let mut buffer = BufWriter::new(file);
-        write(&mut buffer).and_then(|()| Ok(buffer.flush()?)).with_context(|| format!("cannot write `{shown}`"))?;
-        drop(buffer);
-        std::fs::rename(&self.partial, &self.path).with_context(|| format!("cannot write `{shown}`"))
-    }
-}
-
-impl Drop for OutputFile {
-    fn drop(&mut self) {
-        // After `finish` there is nothing left of it.
-        let _ = std::fs::remove_file(&self.partial);
-    }
 }

@@ -13,6 +13,8 @@ pub mod film;
 pub mod image;
 pub mod lang;
 pub mod layers;
+pub mod message;
+pub mod output;
 pub mod plot;
 pub mod plugins_table;
 pub mod progress;

@@ -2,6 +2,7 @@
 
 use bhs::cli::{Cli, Command};
 use bhs::commands::{self, ExitStatus};
+use bhs::say;
 use clap::Parser;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -31,7 +32,7 @@ fn main() -> ExitCode {
         Ok(status) => status.into(),
         Err(error) if commands::is_closed_pipe(&error) => ExitStatus::Done.into(),
         Err(error) => {
-            eprintln!("error: {error:#}");
+            say!("error: {error:#}");
             ExitStatus::Fault.into()
         }
     }
@@ -47,7 +48,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
         }
     });
     if let Err(error) = installed {
-        eprintln!("warning: an interrupt will lose the picture: {error}");
+        say!("warning: an interrupt will lose the picture: {error}");
     }
     stop
 }

@@ -3,6 +3,8 @@
 //! Walls of albedo rho at the local temperature `T0 / sqrt(f)` emit `(1 - rho) B` and scatter `rho B`: all in all B, which arrives anywhere
 //! as B at the temperature there. Exactly so only if nothing ends in the hole, so a surface of the same kind encloses it.
 
+#![allow(clippy::print_stderr, reason = "tests say what they measured")]
+
 mod common;
 
 use common::physics::{directions, lapse, planck, radiance, rgb_of, shadow_sine};

@@ -7,6 +7,8 @@
 //! The default is a quick check of some per cent. Half a per cent takes minutes for each scene:
 //! `BHS_UNBIASED=64 cargo test --release --test unbiased -- --nocapture --test-threads 1` (the number multiplies the samples).
 
+#![allow(clippy::print_stderr, reason = "tests say what they measured")]
+
 mod common;
 
 use bhs::lang::Overrides;

@@ -32,6 +32,7 @@ fn main() -> Result<()> {
 }
 
 /// Writes a file of `docs/accuracy/`.
+#[allow(clippy::print_stderr, reason = "what a measurement tells")]
 fn write(name: &str, text: &str) -> Result<()> {
     let path = root().join("docs/accuracy").join(name);
     std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
@@ -40,6 +41,7 @@ fn write(name: &str, text: &str) -> Result<()> {
 }
 
 /// Shows a table and writes it to `docs/accuracy/NAME.csv`.
+#[allow(clippy::print_stderr, reason = "what a measurement tells")]
 fn finish(table: &bhs::bench::table::Table, name: &str) -> Result<()> {
     eprintln!("\n{}", table.to_markdown());
     write(&format!("{name}.csv"), &table.to_csv())

@@ -1,4 +1,6 @@
 //! What the tests share: scenes from text, and rays through them.
+
+#![allow(clippy::print_stderr, reason = "tests say what they measured")]
 #![allow(dead_code)] // each test program uses a part of it
 
 pub mod examples;

@@ -1,5 +1,7 @@
 //! The same outcome from every curved integrator, whatever the ray and the world; and no ray without an end.
 
+#![allow(clippy::print_stderr, reason = "tests say what they measured")]
+
 mod common;
 #[path = "worlds/random.rs"]
 mod random;
