@@ -27,6 +27,7 @@ pub mod light_sampling;
 pub mod material;
 pub mod params;
 pub mod plugin;
+pub mod real;
 pub mod sampling;
 pub mod scene;
 pub mod spacetime;

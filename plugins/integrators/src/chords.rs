@@ -9,8 +9,8 @@
 //! Where no surface is near ([`bhs_core::clearance`]) the orbit leaps: a stretch that stays within free space needs no question,
 //! however far its chord strays.
 
+use crate::arithmetic::polynomial::small_angle;
 use crate::orbit::{Dense, OrbitPlane, State};
-use crate::polynomial::small_angle;
 use crate::refine::{Facet, Meeting, on_facet, on_surface};
 use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::{Aabb, Geometry, Segment};

@@ -22,9 +22,9 @@
 //! Coquereaux, Grossmann and Lautrup 1990, "Iterative method for calculation of the Weierstrass elliptic function", IMA J.
 //! Numer. Anal. 10 (series near the pole, then duplication).
 
-use crate::double::Double;
+use crate::arithmetic::double::Double;
+use crate::arithmetic::polynomial::{self, value_and_slope};
 use crate::orbit::{Dense, Fate, State, Stepper, room};
-use crate::polynomial::{self, value_and_slope};
 
 /// Coefficients of the Laurent series of p that are kept.
 const TERMS: usize = 14;

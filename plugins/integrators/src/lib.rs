@@ -3,15 +3,15 @@
 //! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`
 //! and `refine` (from steps to hits), `flight` (one ray from start to end; `micro_steps` is the plain way), `packet` with `packet_orbit`,
 //! `packet_leaps` and `packet_hits` (several rays side by side), `connect` and `joined`
-//! (rays between two points), `connect_sky` (rays to a direction of the sky), `double` and `polynomial` (arithmetic).
+//! (rays between two points), `connect_sky` (rays to a direction of the sky), `arithmetic`.
 
+pub mod arithmetic;
 pub mod chords;
 pub mod closed_form;
 pub mod connect;
 mod connect_lanes;
 pub mod connect_sky;
 mod connect_solve;
-mod double;
 pub mod flight;
 pub mod joined;
 mod micro_steps;
@@ -20,13 +20,13 @@ mod packet;
 mod packet_hits;
 mod packet_leaps;
 mod packet_orbit;
-mod polynomial;
 pub mod refine;
 mod schwarzschild_adaptive;
 mod schwarzschild_exact;
 mod schwarzschild_rk4;
 mod straight;
 pub mod taylor;
+pub mod tracing;
 
 pub use schwarzschild_adaptive::Adaptive;
 pub use schwarzschild_exact::Exact;
@@ -43,6 +43,5 @@ pub const ALL: &[Plugin<dyn Integrator>] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_sky", "connect_solve", "double", "flight", "joined", "micro_steps", "orbit", "packet", "packet_hits", "packet_leaps", "packet_orbit", "polynomial",
-            "refine", "taylor"]);
+        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "micro_steps", "orbit", "packet", "packet_hits", "packet_leaps", "packet_orbit",             "refine", "taylor"]);
 }

@@ -1,7 +1,7 @@
 //! Taylor steps of several orbits side by side: `taylor.rs` in lanes.
 
+use crate::arithmetic::polynomial::{TERMS, cos_sin, small_arc_tangent, value, value_and_slope};
 use crate::orbit::{Dense, OVERSHOOT, OrbitPlane, Polar, State};
-use crate::polynomial::{TERMS, cos_sin, small_arc_tangent, value, value_and_slope};
 use crate::taylor::{LONGEST, LONGEST_POWER, SAFETY, TaylorStep, coefficients, root};
 use bhs_core::lanes::{LANES, Lanes, Vectors, pick, set_bits};
 use glam::DVec3;

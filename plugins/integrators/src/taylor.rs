@@ -7,8 +7,9 @@
 //! They are the dense output as well. A step is as long as the last coefficients allow (Jorba and Zou 2005, "A software
 //! package for the numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14).
 
+use crate::arithmetic::polynomial::{LARGEST_ANGLE, TERMS, cos_sin, value, value_and_slope};
 use crate::orbit::{Dense, Fate, Polar, State, Stepper, room};
-use crate::polynomial::{LARGEST_ANGLE, Real, TERMS, cos_sin, fma, value, value_and_slope};
+use bhs_core::real::{Real, fma};
 
 // Number of coefficients: measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
 // geodesic takes the least time, 2 to 4 steps. (The pair of Dormand and Prince, order 5(4), with PI control took 1.4 times as
@@ -121,15 +122,15 @@ impl Dense for TaylorStep {
 /// The Taylor coefficients of the orbit through (u, u').
 #[inline]
 pub(crate) fn coefficients<F: Real>(rs: f64, u: F, du: F) -> [F; TERMS] {
-    let mut c = [F::all(0.0); TERMS];
+    let mut c = [F::splat(0.0); TERMS];
     (c[0], c[1]) = (u, du);
     let bend = 3.0 * rs;
-    let first = fma(F::all(bend), u, F::all(-1.0));
+    let first = fma(F::splat(bend), u, F::splat(-1.0));
     // Spelled out, the sums have fixed lengths.
     macro_rules! next {
         ($($n:literal)*) => { $( c[$n + 2] = next::<F, $n>(&c, bend, first); )* };
     }
-    c[2] = u * fma(F::all(0.5 * bend), u, F::all(-1.0)) * F::all(0.5);
+    c[2] = u * fma(F::splat(0.5 * bend), u, F::splat(-1.0)) * F::splat(0.5);
     next!(1 2 3 4 5 6 7 8 9 10 11 12 13);
     c
 }
@@ -138,12 +139,12 @@ pub(crate) fn coefficients<F: Real>(rs: f64, u: F, du: F) -> [F; TERMS] {
 /// nothing else waits for it.
 #[inline(always)]
 fn next<F: Real, const N: usize>(c: &[F; TERMS], bend: f64, first: F) -> F {
-    let mut pairs = if N.is_multiple_of(2) { F::all(0.5) * c[N / 2] * c[N / 2] } else { F::all(0.0) };
+    let mut pairs = if N.is_multiple_of(2) { F::splat(0.5) * c[N / 2] * c[N / 2] } else { F::splat(0.0) };
     for i in (1..N.div_ceil(2)).rev() {
         pairs = fma(c[i], c[N - i], pairs);
     }
     let inverse = 1.0 / ((N + 1) * (N + 2)) as f64;
-    fma(first * F::all(inverse), c[N], F::all(bend * inverse) * pairs)
+    fma(first * F::splat(inverse), c[N], F::splat(bend * inverse) * pairs)
 }
 
 /// The root of `share`, between 1e-300 and [`LONGEST_POWER`], that belongs to the last coefficients: to 3 %, and rather too small.

@@ -1,50 +1,10 @@
 //! Polynomials, sines and cosines for the inner loops of orbits: short independent chains of operations, which a processor runs
 //! side by side, and fused multiply-adds where it has them.
 
-use std::ops::{Add, Mul, Sub};
-use wide::f64x8;
+use bhs_core::real::{Real, fma};
 
 /// Number of coefficients of an orbit's Taylor series.
 pub const TERMS: usize = 16;
-
-/// A number, or several side by side that the same operations apply to.
-pub trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    /// The number `x`, or so many of it.
-    fn all(x: f64) -> Self;
-
-    /// `self b + c`, rounded once where the processor can; without an instruction for it that would cost a call.
-    fn fma(self, b: Self, c: Self) -> Self;
-}
-
-impl Real for f64 {
-    #[inline(always)]
-    fn all(x: f64) -> Self {
-        x
-    }
-
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { self.mul_add(b, c) } else { self * b + c }
-    }
-}
-
-impl Real for f64x8 {
-    #[inline(always)]
-    fn all(x: f64) -> Self {
-        Self::splat(x)
-    }
-
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        self.mul_add(b, c)
-    }
-}
-
-/// `a b + c`: see [`Real::fma`].
-#[inline(always)]
-pub fn fma<F: Real>(a: F, b: F, c: F) -> F {
-    a.fma(b, c)
-}
 
 /// `x` to the powers 1, 2 and 4.
 #[inline(always)]
@@ -76,11 +36,11 @@ pub fn value<F: Real>(c: &[F; TERMS], t: F) -> F {
 #[inline(always)]
 pub fn value_and_slope<F: Real>(c: &[F; TERMS], t: F) -> (F, F) {
     let p = powers(t);
-    let mut a = [F::all(13.0) * c[13], F::all(14.0) * c[14], F::all(15.0) * c[15], F::all(0.0)];
+    let mut a = [F::splat(13.0) * c[13], F::splat(14.0) * c[14], F::splat(15.0) * c[15], F::splat(0.0)];
     for row in [8, 4, 0] {
         for i in 0..4 {
             let n = row + i + 1;
-            a[i] = fma(a[i], p.2, F::all(n as f64) * c[n]);
+            a[i] = fma(a[i], p.2, F::splat(n as f64) * c[n]);
         }
     }
     (value(c, t), join(a, p))
@@ -107,10 +67,10 @@ const COS_SIN: [[f64; 4]; 6] = {
 #[inline(always)]
 pub fn cos_sin<F: Real>(x: F) -> (F, F) {
     let (x, xx, x4) = powers(x);
-    let mut a = COS_SIN[5].map(F::all);
+    let mut a = COS_SIN[5].map(F::splat);
     for row in [4, 3, 2, 1, 0] {
         for i in 0..4 {
-            a[i] = fma(a[i], x4, F::all(COS_SIN[row][i]));
+            a[i] = fma(a[i], x4, F::splat(COS_SIN[row][i]));
         }
     }
     (fma(xx, a[1], a[0]), x * fma(xx, a[3], a[2]))
@@ -120,7 +80,7 @@ pub fn cos_sin<F: Real>(x: F) -> (F, F) {
 #[inline(always)]
 pub fn small_arc_tangent<F: Real>(q: F) -> F {
     let qq = q * q;
-    let c = |x: f64| F::all(x);
+    let c = |x: f64| F::splat(x);
     q * fma(qq, fma(qq, fma(qq, fma(qq, c(1.0 / 9.0), c(-1.0 / 7.0)), c(0.2)), c(-1.0 / 3.0)), c(1.0))
 }
 

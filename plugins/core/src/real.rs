@@ -1,0 +1,448 @@
+//! Arithmetic that is written once: for one number, or for eight side by side.
+//!
+//! The same operations in the same order give the same bits for one ray and for each of several ([`Real::fma`] is fused for both or for neither).
+
+use crate::lanes::{LANES, Lanes};
+use glam::DVec3;
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub, SubAssign};
+
+/// A yes or no of each number of a [`Real`].
+pub trait Mask:
+    Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self> + Not<Output = Self> + Send + Sync + 'static
+{
+    /// No for all.
+    const NONE: Self;
+
+    /// Yes for all.
+    const ALL: Self;
+
+    /// Yes for at least one.
+    fn any(self) -> bool;
+
+    /// Yes for all.
+    fn all(self) -> bool;
+
+    /// Bit i is set where number i has a yes.
+    fn bits(self) -> u32;
+
+    /// The mask with these [`Mask::bits`].
+    fn of_bits(bits: u32) -> Self;
+}
+
+/// A number, or several side by side that the same operations apply to.
+pub trait Real:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + Send
+    + Sync
+    + 'static
+{
+    /// A yes or no of each number.
+    type Mask: Mask;
+
+    /// How many numbers.
+    const COUNT: usize;
+
+    /// The number `x`, or so many of it.
+    fn splat(x: f64) -> Self;
+
+    /// Number i is `number(i)`.
+    fn from_fn(number: impl FnMut(usize) -> f64) -> Self;
+
+    /// Number `i`, below [`Real::COUNT`].
+    fn lane(self, i: usize) -> f64;
+
+    /// `self b + c`, rounded once where the processor can; without an instruction for it that would cost a call.
+    fn fma(self, b: Self, c: Self) -> Self;
+
+    /// Square root.
+    fn sqrt(self) -> Self;
+
+    /// Absolute value.
+    fn abs(self) -> Self;
+
+    /// The lesser of two, neither of which may be NaN.
+    fn min(self, o: Self) -> Self;
+
+    /// The greater of two, neither of which may be NaN.
+    fn max(self, o: Self) -> Self;
+
+    /// `self < o`; no for NaN, here and below.
+    fn lt(self, o: Self) -> Self::Mask;
+
+    /// `self <= o`
+    fn le(self, o: Self) -> Self::Mask;
+
+    /// `self > o`
+    #[inline(always)]
+    fn gt(self, o: Self) -> Self::Mask {
+        o.lt(self)
+    }
+
+    /// `self >= o`
+    #[inline(always)]
+    fn ge(self, o: Self) -> Self::Mask {
+        o.le(self)
+    }
+
+    /// The numbers `yes` where the mask says so, elsewhere `no`.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+}
+
+impl Mask for bool {
+    const NONE: Self = false;
+    const ALL: Self = true;
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+
+    #[inline(always)]
+    fn of_bits(bits: u32) -> Self {
+        bits & 1 == 1
+    }
+}
+
+impl Mask for Lanes {
+    const NONE: Self = Self::ZERO;
+    const ALL: Self = Self::new([f64::from_bits(u64::MAX); LANES]);
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        Self::any(self)
+    }
+
+    #[inline(always)]
+    fn all(self) -> bool {
+        Self::all(self)
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.to_bitmask()
+    }
+
+    #[inline(always)]
+    fn of_bits(bits: u32) -> Self {
+        crate::lanes::of_bits(bits)
+    }
+}
+
+impl Real for f64 {
+    type Mask = bool;
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn from_fn(mut number: impl FnMut(usize) -> f64) -> Self {
+        number(0)
+    }
+
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { self.mul_add(b, c) } else { self * b + c }
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        if self < o { self } else { o }
+    }
+
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        if self > o { self } else { o }
+    }
+
+    #[inline(always)]
+    fn lt(self, o: Self) -> bool {
+        self < o
+    }
+
+    #[inline(always)]
+    fn le(self, o: Self) -> bool {
+        self <= o
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+}
+
+impl Real for Lanes {
+    type Mask = Self;
+    const COUNT: usize = LANES;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Self::splat(x)
+    }
+
+    #[inline(always)]
+    fn from_fn(number: impl FnMut(usize) -> f64) -> Self {
+        Self::from(std::array::from_fn::<f64, LANES, _>(number))
+    }
+
+    #[inline(always)]
+    fn lane(self, i: usize) -> f64 {
+        self.to_array()[i]
+    }
+
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        self.mul_add(b, c)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        self.fast_min(o)
+    }
+
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        self.fast_max(o)
+    }
+
+    #[inline(always)]
+    fn lt(self, o: Self) -> Self {
+        self.simd_lt(o)
+    }
+
+    #[inline(always)]
+    fn le(self, o: Self) -> Self {
+        self.simd_le(o)
+    }
+
+    #[inline(always)]
+    fn select(mask: Self, yes: Self, no: Self) -> Self {
+        mask.select(yes, no)
+    }
+}
+
+/// `a b + c`: see [`Real::fma`].
+#[inline(always)]
+pub fn fma<F: Real>(a: F, b: F, c: F) -> F {
+    a.fma(b, c)
+}
+
+/// A vector, or one of each of several rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vector<F> {
+    /// First coordinates.
+    pub x: F,
+    /// Second coordinates.
+    pub y: F,
+    /// Third coordinates.
+    pub z: F,
+}
+
+impl<F: Real> Vector<F> {
+    /// The same vector of all rays.
+    #[inline(always)]
+    pub fn all(v: DVec3) -> Self {
+        Self { x: F::splat(v.x), y: F::splat(v.y), z: F::splat(v.z) }
+    }
+
+    /// Vector i is `vector(i)`.
+    #[inline(always)]
+    pub fn from_fn(vector: impl Fn(usize) -> DVec3) -> Self {
+        Self { x: F::from_fn(|i| vector(i).x), y: F::from_fn(|i| vector(i).y), z: F::from_fn(|i| vector(i).z) }
+    }
+
+    /// The vector of ray number `i`.
+    #[inline]
+    pub fn lane(self, i: usize) -> DVec3 {
+        DVec3::new(self.x.lane(i), self.y.lane(i), self.z.lane(i))
+    }
+
+    /// Scalar products.
+    #[inline(always)]
+    pub fn dot(self, o: Self) -> F {
+        self.x.fma(o.x, self.y.fma(o.y, self.z * o.z))
+    }
+
+    /// Vector products.
+    #[inline(always)]
+    pub fn cross(self, o: Self) -> Self {
+        Self { x: self.y * o.z - self.z * o.y, y: self.z * o.x - self.x * o.z, z: self.x * o.y - self.y * o.x }
+    }
+
+    /// Squares of the lengths.
+    #[inline(always)]
+    pub fn length_squared(self) -> F {
+        self.dot(self)
+    }
+
+    /// Lengths.
+    #[inline(always)]
+    pub fn length(self) -> F {
+        self.length_squared().sqrt()
+    }
+
+    /// The unit vectors along it.
+    #[inline(always)]
+    pub fn normalize(self) -> Self {
+        self * (F::splat(1.0) / self.length())
+    }
+
+    /// `self + o s`
+    #[inline(always)]
+    pub fn plus(self, o: Self, s: F) -> Self {
+        Self { x: o.x.fma(s, self.x), y: o.y.fma(s, self.y), z: o.z.fma(s, self.z) }
+    }
+
+    /// Each divided by its number.
+    #[inline(always)]
+    pub fn over(self, s: F) -> Self {
+        Self { x: self.x / s, y: self.y / s, z: self.z / s }
+    }
+
+    /// The largest of the absolute coordinates.
+    #[inline(always)]
+    pub fn largest(self) -> F {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+
+    /// Of the rays in `which` those of `self`, of the others those of `o`.
+    #[inline(always)]
+    pub fn or(self, o: Self, which: F::Mask) -> Self {
+        let pick = |yes, no| F::select(which, yes, no);
+        Self { x: pick(self.x, o.x), y: pick(self.y, o.y), z: pick(self.z, o.z) }
+    }
+}
+
+impl Vector<Lanes> {
+    /// Vector number i of ray number i.
+    #[inline(always)]
+    pub fn of(v: [DVec3; LANES]) -> Self {
+        Self { x: Lanes::from(v.map(|v| v.x)), y: Lanes::from(v.map(|v| v.y)), z: Lanes::from(v.map(|v| v.z)) }
+    }
+
+    /// The coordinates as arrays.
+    #[inline(always)]
+    pub fn to_arrays(self) -> [[f64; LANES]; 3] {
+        [self.x.to_array(), self.y.to_array(), self.z.to_array()]
+    }
+}
+
+impl From<DVec3> for Vector<f64> {
+    #[inline(always)]
+    fn from(v: DVec3) -> Self {
+        Self { x: v.x, y: v.y, z: v.z }
+    }
+}
+
+impl From<Vector<f64>> for DVec3 {
+    #[inline(always)]
+    fn from(v: Vector<f64>) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
+
+impl<F: Real> Add for Vector<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self { x: self.x + o.x, y: self.y + o.y, z: self.z + o.z }
+    }
+}
+
+impl<F: Real> Sub for Vector<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
+    }
+}
+
+impl<F: Real> Mul<F> for Vector<F> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, s: F) -> Self {
+        Self { x: self.x * s, y: self.y * s, z: self.z * s }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Some of everything, as one number or eight.
+    fn formula<F: Real>(a: F, b: F) -> F {
+        let v = Vector { x: a, y: b, z: a - b };
+        let w = v.cross(Vector::all(DVec3::new(0.3, -0.2, 0.7))).normalize().plus(v, F::splat(0.1));
+        let larger = w.largest().max(a.abs().sqrt()).min(F::splat(0.9)) / fma(b, b, F::splat(0.5));
+        F::select(a.lt(b) | b.le(F::splat(0.0)), larger, -w.dot(v)) + w.or(v, a.gt(b)).length()
+    }
+
+    #[test]
+    fn eight_numbers_are_as_one_to_the_bit() {
+        let a: [f64; LANES] = [0.1, -0.4, 2.5, 1e-3, -7.0, 0.3, 11.0, -0.01];
+        let b: [f64; LANES] = [0.7, 0.2, -1.5, 1e3, 7.0, 0.3, -0.2, -3.0];
+        let all = formula(Lanes::from(a), Lanes::from(b)).to_array();
+        for i in 0..LANES {
+            assert_eq!(all[i].to_bits(), formula(a[i], b[i]).to_bits(), "{i}");
+        }
+    }
+
+    #[test]
+    fn masks_know_their_bits() {
+        for bits in [0, 1, 0b1010_0110, 0xff] {
+            let mask = <Lanes as Mask>::of_bits(bits);
+            assert_eq!(Mask::bits(mask), bits);
+            assert_eq!((Mask::any(mask), Mask::all(mask)), (bits != 0, bits == 0xff));
+            assert_eq!(Mask::bits(!mask), 0xff & !bits);
+            assert_eq!(bool::of_bits(bits).bits(), bits & 1);
+        }
+        assert_eq!((Mask::bits(Lanes::NONE), Mask::bits(Lanes::ALL)), (0, 0xff));
+        assert!(!f64::NAN.lt(1.0) && !Mask::any(Real::le(Lanes::splat(f64::NAN), Lanes::ONE)));
+    }
+}

@@ -1,0 +1,3 @@
+//! How rays meet surfaces, whatever bends them: knows curves, and no spacetime.
+
+pub mod arc;
