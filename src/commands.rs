@@ -46,7 +46,7 @@ pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
 /// Loads a scene and says on standard error what is wrong with it. `None` if it cannot be built.
 fn load(scene: &Path, overrides: &Overrides, color: bool) -> Option<BuiltScene> {
     let mut sources = SourceMap::new();
-    match lang::load(&scene.to_string_lossy(), &Registry::builtin(), overrides, &mut sources) {
+    match lang::load(scene, &Registry::builtin(), overrides, &mut sources) {
         Ok(built) => {
             show(&built.warnings, &sources, color);
             Some(built)
@@ -79,7 +79,7 @@ pub fn check(scene: &Path, as_json: bool, color: bool) -> Result<ExitStatus> {
         return Ok(ExitStatus::Done);
     }
     let mut sources = SourceMap::new();
-    let (found, status) = match lang::load(&scene.to_string_lossy(), &Registry::builtin(), &Overrides::default(), &mut sources) {
+    let (found, status) = match lang::load(scene, &Registry::builtin(), &Overrides::default(), &mut sources) {
         Ok(built) => (built.warnings, ExitStatus::Done),
         Err(found) => (found, ExitStatus::Fault),
     };
@@ -100,7 +100,7 @@ pub fn format(scene: &Path, write: bool, color: bool) -> Result<ExitStatus> {
         return Ok(ExitStatus::CommandLine);
     }
     let mut sources = SourceMap::new();
-    let formatted = sources.open(&scene.to_string_lossy()).map_err(|d| vec![*d]).and_then(|file| {
+    let formatted = sources.open(scene).map_err(|d| vec![*d]).and_then(|file| {
         let text = sources.get(file).map_or("", |s| &*s.text);
         lang::format(text, file)
     });
@@ -202,7 +202,7 @@ pub fn bench(args: &BenchArgs, color: bool) -> Result<ExitStatus> {
         let registry = Registry::builtin();
         let make = |overrides: &Overrides| {
             let mut sources = SourceMap::new();
-            lang::load_method(&args.scene.to_string_lossy(), &registry, overrides, &mut sources)
+            lang::load_method(&args.scene, &registry, overrides, &mut sources)
                 .map_err(|found| anyhow::anyhow!("{}", report::render(&found, &sources, color)))
         };
         measured.push(crate::bench::transports::measure(small, make, args.rounds)?);

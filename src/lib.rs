@@ -9,6 +9,7 @@ pub mod cli;
 pub mod commands;
 pub mod compare;
 pub mod false_color;
+pub mod files;
 pub mod film;
 pub mod image;
 pub mod lang;

@@ -345,7 +345,7 @@ fn mutated_pictures_in_scenes() {
     let make = |bytes: &[u8]| {
         std::fs::write(&picture, bytes).expect("a file");
         let mut sources = SourceMap::new();
-        let made = lang::load(&scene.to_string_lossy(), &registry, &Overrides::default(), &mut sources);
+        let made = lang::load(&scene, &registry, &Overrides::default(), &mut sources);
         match &made {
             Ok(built) => drop(bhs::render::render_quietly(built)),
             Err(found) => assert!(found.iter().all(|d| ["bad-file", "unreadable"].contains(&d.code)), "{found:?}"),

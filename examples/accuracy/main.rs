@@ -56,7 +56,7 @@ fn root() -> &'static Path {
 fn scene(name: &str, overrides: &Overrides) -> Result<BuiltScene> {
     let path: PathBuf = root().join("scenes").join(format!("{name}.bhs"));
     let mut sources = SourceMap::new();
-    match lang::load(&path.to_string_lossy(), &Registry::builtin(), overrides, &mut sources) {
+    match lang::load(&path, &Registry::builtin(), overrides, &mut sources) {
         Ok(built) => Ok(built),
         Err(found) => bail!("{}", bhs::report::render(&found, &sources, false)),
     }

@@ -12,7 +12,7 @@ pub fn answer(registry: &Registry) -> Result<()> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_box.bhs");
     let overrides = Overrides { resolution: Some([128, 128]), spp: Some(16), ..Default::default() };
     let mut sources = SourceMap::new();
-    let built = match lang::load(&path.to_string_lossy(), registry, &overrides, &mut sources) {
+    let built = match lang::load(&path, registry, &overrides, &mut sources) {
         Ok(built) => built,
         Err(found) => bail!("{}", bhs::report::render(&found, &sources, false)),
     };

@@ -11,6 +11,7 @@ use bhs_core::integrator::Integrator;
 use bhs_core::params::Context;
 use bhs_core::sampling::Sampler;
 use bhs_core::transport::LightTransport;
+use std::path::Path;
 
 /// How a scene is rendered.
 pub struct Method {
@@ -28,7 +29,7 @@ pub struct Method {
 /// # Errors
 /// As [`crate::lang::load`].
 pub fn load_method(
-    path: &str,
+    path: impl AsRef<Path>,
     registry: &Registry,
     overrides: &Overrides,
     sources: &mut SourceMap,

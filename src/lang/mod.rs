@@ -40,13 +40,14 @@ pub use source::SourceMap;
 
 use crate::registry::Registry;
 use bhs_core::diagnostics::{Diagnostic, Severity};
+use std::path::Path;
 
 /// Opens, reads and builds the scene `path` (`-` is standard input).
 ///
 /// # Errors
 /// Everything that is wrong with the scene, with warnings between; at least one of them is an error.
 pub fn load(
-    path: &str,
+    path: impl AsRef<Path>,
     registry: &Registry,
     overrides: &Overrides,
     sources: &mut SourceMap,

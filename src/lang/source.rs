@@ -1,11 +1,12 @@
 //! The files that a scene is made of, and where each of them was included.
 
-use bhs_core::diagnostics::{Diagnostic, Span, did_you_mean};
+use crate::files::{self, FileId, Root};
+use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::params::Files;
-use std::fs;
+use std::collections::HashMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Includes within includes that are allowed.
 pub const MAX_INCLUDE_DEPTH: usize = 64;
@@ -29,6 +30,24 @@ pub struct Source {
 #[derive(Debug, Default)]
 pub struct SourceMap {
     sources: Vec<Source>,
+    root: Option<Root>,
+    inputs: Mutex<Inputs>,
+}
+
+/// A file that the scene reads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputFile {
+    /// Its name as it is given.
+    pub name: PathBuf,
+    /// Where the scene names it first; `None` for the scene itself.
+    pub span: Option<Span>,
+}
+
+/// All files that the scene has read, found by what they are and by their real paths: a file may have been replaced since.
+#[derive(Debug, Default)]
+struct Inputs {
+    by_id: HashMap<FileId, InputFile>,
+    by_path: HashMap<PathBuf, InputFile>,
 }
 
 impl SourceMap {
@@ -37,19 +56,39 @@ impl SourceMap {
         Self::default()
     }
 
+    /// No texts yet; whatever the scene names is to lie in a folder.
+    pub fn confined_to(root: Option<Root>) -> Self {
+        Self { root, ..Self::default() }
+    }
+
+    /// The folder that confines the scene, if one does.
+    pub fn root(&self) -> Option<&Root> {
+        self.root.as_ref()
+    }
+
+    /// The file of the scene, or what it reads, that a file is: its identity if it is there, and its real path.
+    pub fn input(&self, id: Option<&FileId>, real: &Path) -> Option<InputFile> {
+        let inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
+        id.and_then(|id| inputs.by_id.get(id)).or_else(|| inputs.by_path.get(real)).cloned()
+    }
+
     /// Opens the scene `path`; `-` is standard input, whose relative paths start from the current folder.
     ///
     /// # Errors
     /// That it cannot be read. (In a box: a diagnostic is large.)
-    pub fn open(&mut self, path: &str) -> Result<u16, Box<Diagnostic>> {
-        let cannot = |why: String| Box::new(Diagnostic::error("cannot-read", format!("cannot read the scene `{path}`: {why}")));
-        if path == "-" {
+    pub fn open(&mut self, path: impl AsRef<Path>) -> Result<u16, Box<Diagnostic>> {
+        let path = path.as_ref();
+        let cannot = |why: String| {
+            let message = format!("cannot read the scene `{}`: {why}", path.display());
+            Box::new(Diagnostic::error("cannot-read", message).maybe_help(files::pipe_help(path).map(str::to_owned)))
+        };
+        if path == Path::new("-") {
             let mut bytes = Vec::new();
             std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| cannot(e.to_string()))?;
             return self.push("<stdin>", bytes, PathBuf::new(), None, None);
         }
-        let bytes = read_file(Path::new(path)).map_err(cannot)?;
-        self.push_file(Path::new(path), bytes, None)
+        let bytes = self.content(path, path, None).map_err(cannot)?;
+        self.push_file(path, bytes, None)
     }
 
     /// Adds a text that is no file, such as an example of the language reference or the command line.
@@ -65,7 +104,7 @@ impl SourceMap {
     pub fn include(&mut self, path: &str, span: Span) -> Result<u16, Box<Diagnostic>> {
         let full = self.locate(path, span);
         let error = |code, message: String, label: &str| Box::new(Diagnostic::error(code, message).at(span, label));
-        let bytes = match read_file(&full) {
+        let bytes = match self.content(&full, Path::new(path), Some(span)) {
             Ok(bytes) => bytes,
             Err(why) => return Err(error("cannot-read", format!("cannot read `{path}`: {why}"), "")),
         };
@@ -110,6 +149,21 @@ impl SourceMap {
         let line_start = source.text[..before].rfind('\n').map_or(0, |i| i + 1);
         let line = source.text.as_bytes()[..line_start].iter().filter(|b| **b == b'\n').count() + 1;
         (line, source.text[line_start..before].chars().count() + 1)
+    }
+
+    /// The content of the file `path`, which `name` names at `span`, or what is wrong with it.
+    fn content(&self, path: &Path, name: &Path, span: Option<Span>) -> Result<Vec<u8>, String> {
+        if let Some(root) = &self.root {
+            root.admit(path)?;
+        }
+        let (content, id) = files::read(path)?;
+        let mut inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
+        let input = || InputFile { name: name.to_owned(), span };
+        inputs.by_id.entry(id).or_insert_with(input);
+        if let Ok(real) = path.canonicalize() {
+            inputs.by_path.entry(real).or_insert_with(input);
+        }
+        Ok(content)
     }
 
     /// The file that the text at `span` calls `path`.
@@ -167,7 +221,7 @@ impl SourceMap {
 
 impl Files for SourceMap {
     fn read(&self, path: &str, span: Span) -> Result<Vec<u8>, String> {
-        read_file(&self.locate(path, span))
+        self.content(&self.locate(path, span), Path::new(path), Some(span))
     }
 }
 
@@ -178,45 +232,4 @@ pub(crate) fn floor_char(text: &str, offset: usize) -> usize {
         offset -= 1;
     }
     offset
-}
-
-/// The content of a file, or what is wrong with it.
-fn read_file(path: &Path) -> Result<Vec<u8>, String> {
-    use std::io::ErrorKind;
-    let metadata = fs::metadata(path).map_err(|e| match e.kind() {
-        ErrorKind::NotFound | ErrorKind::NotADirectory => not_found(path),
-        ErrorKind::PermissionDenied => "permission denied".into(),
-        _ => e.to_string(),
-    })?;
-    if metadata.is_dir() {
-        return Err("it is a directory".into());
-    }
-    #[cfg(unix)]
-    if std::os::unix::fs::FileTypeExt::is_char_device(&metadata.file_type()) {
-        return Err("it is a device, not a file".into());
-    }
-    fs::read(path).map_err(|e| match e.kind() {
-        ErrorKind::PermissionDenied => "permission denied".into(),
-        _ => e.to_string(),
-    })
-}
-
-/// Words for a file that is not there: the folder, and the name that was probably meant.
-fn not_found(path: &Path) -> String {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
-        return format!("there is no folder `{}`", folder.display());
-    }
-    let names: Vec<String> = fs::read_dir(folder)
-        .map(|entries| entries.take(1000).filter_map(|e| e.ok()?.file_name().into_string().ok()).collect())
-        .unwrap_or_default();
-    let wanted = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let mut words = "there is no such file".to_owned();
-    if folder != Path::new(".") {
-        words += &format!(" in `{}`", folder.display());
-    }
-    if let Some(near) = did_you_mean(&wanted, names.iter().map(String::as_str)) {
-        words += &format!("; did you mean `{near}`?");
-    }
-    words
 }

@@ -272,7 +272,7 @@ fn includes_are_not_too_deep() {
     write(70, "WorldBegin".into());
     let load = |i: usize| {
         let path = folder.path().join(format!("{i}.bhs"));
-        load(&path.to_string_lossy(), &Registry::builtin(), &Overrides::default(), &mut SourceMap::new())
+        load(&path, &Registry::builtin(), &Overrides::default(), &mut SourceMap::new())
     };
     let codes = |found: Vec<Diagnostic>| found.iter().map(|d| d.code).collect::<Vec<_>>();
     assert_eq!(load(70 - source::MAX_INCLUDE_DEPTH).map_err(codes).map(|s| s.warnings.len()), Ok(1));
@@ -288,7 +288,7 @@ fn files_are_not_too_many() {
     // The scene is a file too.
     let includes = "Include \"empty\"\n".repeat(usize::from(u16::MAX) + 2);
     std::fs::write(&path, format!("WorldBegin\n{includes}")).unwrap();
-    let found = load(&path.to_string_lossy(), &Registry::builtin(), &Overrides::default(), &mut sources).err().unwrap();
+    let found = load(&path, &Registry::builtin(), &Overrides::default(), &mut sources).err().unwrap();
     assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), ["too-many-files"; 2]);
     assert_eq!(sources.iter().count(), usize::from(u16::MAX) + 1);
 }
