@@ -8,14 +8,15 @@
 //! Light has a conserved energy, which is 1. *Chart* vectors are coordinates, *local* ones are what the static observer measures; a symmetric
 //! root of `gamma` turns the one into the other. Units: G = c = 1, lengths in scene units.
 
-use crate::dual::Dual;
 use crate::lanes::{Lanes, Vectors};
 use glam::{DMat3, DVec3};
 use std::fmt::Debug;
 use std::sync::Arc;
 
+mod metric;
 mod stretch;
 
+pub use metric::{Fields, Inverse, Metric, stationary};
 pub use stretch::Stretch;
 
 /// Which of the two sides of a wormhole; all other spacetimes have the near one only.
@@ -97,11 +98,20 @@ pub trait Spacetime: Debug + Send + Sync {
     /// The metric as the static observer at `place` has it; `None` where nothing can stand still, or where there is no such place.
     fn at(&self, place: Place) -> Option<Stationary>;
 
-    /// Balls of which no light comes back that is once inside.
+    /// Balls around the holes, one a hole that has mass, in the order of the scene: the distance from the centre of light that crosses one inwards gets
+    /// less from there on, and it never comes out again.
+    ///
+    /// Where [`Spacetime::at`] answers, things may stand in such a ball and be seen; light that starts there and moves outwards may leave. So
+    /// a ray may be given up in a ball when it moves inwards and nothing that could stop it stands nearer to the centre. The balls of
+    /// Schwarzschild and Reissner-Nordstroem holes are their horizons: no place, and rays end on them.
     fn captures(&self) -> Vec<Ball>;
 
     /// What solvers may know about it: how its rays are found fastest.
     fn class(&self) -> Class<'_>;
+
+    /// Its metric as functions of the place, for Hamilton's equations: every spacetime has it, whatever its class. The two sides of a
+    /// wormhole have the same.
+    fn metric(&self) -> &dyn Metric;
 
     /// Whether it has a far side.
     fn has_far_side(&self) -> bool {
@@ -209,33 +219,6 @@ pub trait GradedIndex: Debug + Send + Sync {
     fn breaks(&self) -> &[f64] {
         &[]
     }
-}
-
-/// The metric of a stationary spacetime as functions of the place.
-#[derive(Clone, Copy, Debug)]
-pub struct Fields {
-    /// Square of the lapse; not above 0 where nothing can stand still.
-    pub lapse_squared: Dual,
-    /// Spatial metric: xx, yy, zz, yz, xz, xy.
-    pub gamma: [Dual; 6],
-    /// Rotation.
-    pub beta: [Dual; 3],
-}
-
-/// A spacetime that gives its metric, and no more: the slowest kind to follow rays through, and the easiest to write.
-pub trait Metric: Debug + Send + Sync {
-    /// The metric at `x`, with derivatives: `x` are the coordinates as variables.
-    fn fields(&self, x: [Dual; 3]) -> Fields;
-}
-
-/// The metric of `metric` at the point `x`; `None` where nothing can stand still.
-pub fn stationary(metric: &dyn Metric, x: DVec3) -> Option<Stationary> {
-    let Fields { lapse_squared, gamma, beta } = metric.fields(Dual::variables(x));
-    let [xx, yy, zz, yz, xz, xy] = gamma.map(|g| g.value);
-    let lapse = lapse_squared.value.sqrt();
-    let root = Stretch::of_metric(DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]))?;
-    let beta = DVec3::from_array(beta.map(|b| b.value));
-    (lapse > 0.0 && lapse.is_finite() && beta.is_finite()).then_some(Stationary { lapse, root, beta })
 }
 
 #[cfg(test)]
