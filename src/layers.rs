@@ -3,7 +3,7 @@
 //! Transports know nothing of it, and a picture without layers pays nothing for it. Where nothing bends light (no hole, or an
 //! integrator of straight rays) the lengths and angles of the orbit are 0, and `g` is 1.
 
-use bhs_core::blackhole::{BlackHole, Observer};
+use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Film;
 use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
 use bhs_core::layer::Layer;
@@ -66,7 +66,7 @@ impl Seen<'_> {
                 Arrival::Hole => Some([0.0, 0.0, 1.0]),
                 Arrival::OutOfSteps => None,
             },
-            Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v, v.shift * self.clock())),
+            Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v, v.ratio / self.camera_ratio())),
             Layer::Position => self.hit().map(|h| (h.point + self.scene.world.origin).to_array()),
             Layer::Normal => self.hit().map(|h| self.scene.world.surface(h).normal.to_array()),
             Layer::Depth => self.hit().map(|h| scalar((h.point - self.ray.origin).length())),
@@ -132,17 +132,17 @@ impl Seen<'_> {
 
     /// `g = nu_observed / nu_emitted`: the clock rate where the light comes from over that at the camera.
     fn redshift(&self) -> Option<f64> {
-        let emitter = match self.arrival {
-            Arrival::Surface(hit) => self.scene.integrator.observer(&self.scene.world, hit.point)?,
-            Arrival::Sky(_) => Observer::FLAT,
+        let emitted = match self.arrival {
+            Arrival::Surface(hit) => self.scene.observer(hit.point)?.ratio(hit.direction),
+            Arrival::Sky(_) => 1.0,
             Arrival::Hole | Arrival::OutOfSteps => return None,
         };
-        Some(self.scene.shift(&emitter) * self.clock())
+        Some(emitted / self.camera_ratio())
     }
 
-    /// Rate of the clock at the scene's camera over that where the ray starts; they differ for cameras that stand in several places.
-    fn clock(&self) -> f64 {
-        self.scene.observer(self.ray.origin).map_or(1.0, |o| self.scene.shift(&o).recip())
+    /// Wavelength where the ray starts over wavelength at E = 1.
+    fn camera_ratio(&self) -> f64 {
+        self.scene.observer(self.ray.origin).map_or(1.0, |o| o.ratio(self.ray.direction))
     }
 }
 

@@ -8,10 +8,10 @@ use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
 use crate::progress::Progress;
 use arrayvec::ArrayVec;
-use bhs_core::blackhole::Observer;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::integrator::Ray;
 use bhs_core::layer::Layer;
+use bhs_core::observer::Observer;
 use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::scene::Scene;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
@@ -170,9 +170,8 @@ struct Seen {
     weight: f32,
     /// Wavelengths where the ray starts.
     lambda: SampledWavelengths,
-    /// Rate of the clock at the scene's camera over that where the ray starts: 1 but for cameras that stand in several places.
-    /// `None` where nobody can stand.
-    clock: Option<f64>,
+    /// Wavelength where the ray starts over wavelength at E = 1, of the light that arrives along it; `None` where there is no static observer.
+    ratio: Option<f64>,
 }
 
 impl Seen {
@@ -189,15 +188,14 @@ impl Seen {
         let view = job.camera.ray(raster, stream.next_2d());
         let lambda = wavelengths.sample(stream.next_1d());
         let observer = job.scene.observer(view.origin);
-        let direction = observer.unwrap_or(Observer::FLAT).frame.chart_direction(view.direction);
+        let direction = observer.unwrap_or(Observer::FLAT).chart_direction(view.direction);
         let ray = Ray { origin: view.origin, direction, footprint: job.scene.footprints.camera };
-        let seen = Self { pixel: number, weight, lambda, clock: observer.map(|o| job.scene.shift(&o).recip()) };
-        // Transports know the observer at the scene's camera only: it receives the same light at other wavelengths.
-        let at_camera = match seen.clock {
-            Some(clock) if clock != 1.0 => SampledWavelengths { lambda_nm: lambda.at(clock as f32), ..lambda },
+        let seen = Self { pixel: number, weight, lambda, ratio: observer.map(|o| o.ratio(direction)) };
+        let along = match seen.ratio {
+            Some(ratio) if ratio != 1.0 => SampledWavelengths { lambda_nm: lambda.at(ratio.recip() as f32), ..lambda },
             _ => lambda,
         };
-        (seen, PathSample { ray, lambda: at_camera, stream, radiance: SampledSpectrum::ZERO })
+        (seen, PathSample { ray, lambda: along, stream, radiance: SampledSpectrum::ZERO })
     }
 
     /// Adds what `path` has found to the pixel's sums and returns the weight that it has there.
@@ -212,11 +210,11 @@ impl Seen {
         f64::from(self.weight)
     }
 
-    /// Light that the scene's camera would see so, as the observer receives it who stands where the ray starts.
+    /// The spectral radiance `radiance` at E = 1 as the observer measures it where the ray starts.
     fn received(&self, job: &Job, radiance: SampledSpectrum, log: &mut TraceLog) -> SampledSpectrum {
-        match self.clock {
+        match self.ratio {
             Some(1.0) => radiance,
-            Some(clock) => radiance * job.scene.radiance_factor(clock),
+            Some(ratio) => radiance * job.scene.radiance_factor(ratio.recip()),
             None => {
                 log.counters.inside_horizon += 1;
                 SampledSpectrum::ZERO

@@ -75,7 +75,8 @@ fn a_lamp_emits_pi_l_over_its_local_area() {
             let frame = point.observer.frame;
             let chart = direction(random(i, 3), random(i, 4));
             let cos = frame.local_normal(normal).dot(frame.local_direction(chart));
-            let at = Emission { uv, cos_theta: cos as f32, lambda_nm: [500.0; 4], lapse: point.observer.lapse as f32 };
+            let at =
+                Emission { uv, cos_theta: cos as f32, lambda_nm: [500.0; 4], clock_rate: point.observer.clock_rate() as f32 };
             let emitted = f64::from(scene.emitters[emitter as usize].light.radiance(&at)[0]);
             let area = frame.area_factor(normal) / point.pdf;
             power += emitted * cos * area * frame.solid_angle_factor(chart) * 4.0 * PI;
@@ -117,7 +118,8 @@ fn leave(scene: &Scene, i: u64) -> (f64, bhs_core::integrator::Ray) {
     let normal = if is_wall && normal.dot(point.point) > 0.0 { -normal } else { normal };
     let frame = point.observer.frame;
     let local = (direction(random(i, 3), random(i, 4)) + frame.local_normal(normal)).normalize();
-    let weight = frame.area_factor(normal) / point.pdf / (frame.sqrt_f * frame.sqrt_f);
+    let clock_rate = point.observer.clock_rate();
+    let weight = frame.area_factor(normal) / point.pdf / (clock_rate * clock_rate);
     (weight, bhs_core::integrator::Ray::new(point.point + normal * 5e-6, frame.chart_direction(local)))
 }
 

@@ -2,8 +2,8 @@
 
 use crate::film::TILE;
 use crate::lang::BuiltScene;
-use bhs_core::blackhole::Observer;
 use bhs_core::integrator::{Arrival, Integrator, Ray, Traced};
+use bhs_core::observer::Observer;
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::{Counters, TraceLog};
@@ -40,7 +40,7 @@ pub fn camera_rays(built: &BuiltScene, count: usize) -> Vec<Ray> {
         let at = stream.next_2d().as_dvec2() * DVec2::new(width, height);
         let seen = built.camera.ray(at, stream.next_2d());
         let observer = built.scene.observer(seen.origin).unwrap_or(Observer::FLAT);
-        let direction = observer.frame.chart_direction(seen.direction);
+        let direction = observer.chart_direction(seen.direction);
         let [x, y] = at.to_array().map(|c| c as u32);
         let place = (y / TILE, x / TILE, y, x);
         (place, Ray { origin: seen.origin, direction, footprint: built.scene.footprints.camera })

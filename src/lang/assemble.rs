@@ -5,7 +5,7 @@ use crate::lang::has_errors;
 use crate::lang::instances::{ObjectPart, Placed};
 use crate::lang::overrides::Overrides;
 use crate::registry::{Registry, bare_context};
-use bhs_core::blackhole::{BlackHole, Observer};
+use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Camera;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
@@ -175,13 +175,12 @@ pub(super) fn assemble(
     let mut further_views = VecDeque::new();
     for PartCamera { name, camera, .. } in cameras {
         let camera = camera?;
-        let observer = integrator.observer(&world, camera.position()).unwrap_or(Observer::FLAT);
         let footprints = footprints(&world.bounds, camera.as_ref());
-        further_views.push_back(View { name, camera, observer, footprints });
+        further_views.push_back(View { name, camera, footprints });
     }
     let view = further_views.pop_front()?;
-    let (camera, footprints) = (view.observer, view.footprints);
-    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_choice, camera, footprints };
+    let footprints = view.footprints;
+    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_choice, footprints };
     Some(Assembled { scene, view, further_views, integrator_name, load })
 }
 

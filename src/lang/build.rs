@@ -9,7 +9,6 @@ use crate::lang::names::{Names, Pictures};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry, bare_context};
-use bhs_core::blackhole::Observer;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
@@ -62,7 +61,6 @@ pub struct BuiltScene {
 pub(super) struct View {
     pub name: Option<String>,
     pub camera: Box<dyn Camera>,
-    pub observer: Observer,
     pub footprints: Footprints,
 }
 
@@ -75,10 +73,9 @@ impl BuiltScene {
     /// Looks through the next camera of the scene in place of the current one; false if there is none.
     pub fn next_camera(&mut self) -> bool {
         let Some(view) = self.further_views.pop_front() else { return false };
-        let View { name, camera, observer, footprints } = view;
+        let View { name, camera, footprints } = view;
         self.camera = camera;
         self.camera_name = name;
-        self.scene.camera = observer;
         self.scene.footprints = footprints;
         true
     }

@@ -1,8 +1,8 @@
 //! What tests of lights share: a floor to shine on, and what surfaces receive.
 
 use bhs::lang::BuiltScene;
-use bhs_core::blackhole::Observer;
 use bhs_core::geometry::{Geometry, sample_triangle, triangle_area};
+use bhs_core::observer::Observer;
 use bhs_core::sampling::mix64;
 use glam::{DVec3, Vec2};
 

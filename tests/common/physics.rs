@@ -52,11 +52,14 @@ pub fn rgb_of(radiance: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], fine: u32) -> [
 /// observer at the camera; sample number `index`.
 pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], index: u32, log: &mut TraceLog) -> [f32; N_LAMBDA] {
     let scene = &built.scene;
-    let direction = scene.camera.frame.chart_direction(local);
+    let observer = scene.observer(built.camera.position()).expect("a camera stands outside of the horizon");
+    let direction = observer.chart_direction(local);
     let ray = Ray { footprint: scene.footprints.camera, ..Ray::new(built.camera.position(), direction) };
+    let to_infinity = observer.ratio(direction).recip();
     let lambda = SampledWavelengths { lambda_nm, pdf: [1.0; N_LAMBDA] };
+    let lambda = SampledWavelengths { lambda_nm: lambda.at(to_infinity as f32), ..lambda };
     let mut stream = SampleStream::new(&*built.sampler, [0, 0], index);
-    built.transport.radiance(scene, ray, &lambda, &mut stream, log).0
+    (built.transport.radiance(scene, ray, &lambda, &mut stream, log) * scene.radiance_factor(to_infinity)).0
 }
 
 /// `n` directions spread evenly over the sphere (a Fibonacci lattice), with the z axis as its own.

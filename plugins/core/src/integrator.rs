@@ -1,6 +1,6 @@
 //! How light travels: the contract of the integrators of light rays.
 
-use crate::blackhole::Observer;
+use crate::observer::Observer;
 use crate::stats::TraceLog;
 use crate::world::World;
 use glam::{DVec2, DVec3};

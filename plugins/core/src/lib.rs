@@ -2,7 +2,7 @@
 //!
 //! A plugin sees this crate and nothing else of the program: the parameters it is built from ([`params`]), spectra and
 //! sampled wavelengths ([`spectrum`]), random numbers ([`sampling`]), geometry ([`geometry`], [`world`]), the hole and the
-//! observers near it ([`blackhole`]), and one trait for each kind of plugin. There is no input, no output and no panic on a
+//! observers near it ([`blackhole`], [`observer`]), and one trait for each kind of plugin. There is no input, no output and no panic on a
 //! user's data in here.
 //!
 //! Units: lengths in scene units (G = c = 1), angles in radians, wavelengths in nanometres, spectral radiance in
@@ -25,6 +25,7 @@ pub mod layer;
 pub mod light;
 pub mod light_sampling;
 pub mod material;
+pub mod observer;
 pub mod params;
 pub mod plugin;
 pub mod real;

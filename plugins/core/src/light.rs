@@ -12,8 +12,8 @@ pub struct Emission {
     pub cos_theta: f32,
     /// Wavelengths at the surface (nm).
     pub lambda_nm: [f32; N_LAMBDA],
-    /// Rate of the observer's clock over that of one far from the hole: `sqrt(f(r))`; 1 where nothing shifts.
-    pub lapse: f32,
+    /// Rate of the observer's clock over that of one far away; 1 where nothing shifts.
+    pub clock_rate: f32,
 }
 
 /// The emission of a surface, in the frame of the observer at its place.

@@ -1,9 +1,9 @@
 //! Light sampling: points of the lights, chosen by power, and what arrives from them along a geodesic.
 
-use crate::blackhole::Observer;
 use crate::geometry::{Geometry, sample_triangle, triangle_area};
 use crate::integrator::Connection;
 use crate::light::{AreaLight, Emission};
+use crate::observer::Observer;
 use crate::sampling::Discrete;
 use crate::scene::{Scene, Vertex};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
@@ -83,7 +83,7 @@ pub struct LightSample {
 /// What arrives from a light sample along one geodesic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arriving {
-    /// Radiance, intensity of a point light, or irradiance of a parallel one, as the camera receives it if all of it is passed on.
+    /// Radiance, intensity of a point light, or irradiance of a parallel one, at E = 1, if all of it is passed on.
     pub emitted: SampledSpectrum,
     /// What that is divided by: the density of the sample per local solid angle of the receiver; for a point light, the area across the
     /// bundle at the light per that solid angle (both in local frames), times the probability of the choice; for a parallel light, the
@@ -155,22 +155,22 @@ impl Scene {
         receiver: &Observer,
         lambda: &SampledWavelengths,
     ) -> Arriving {
-        let shift = self.shift(&sample.observer);
-        let (lambda_nm, factor) = (lambda.at(shift as f32), self.radiance_factor(shift));
-        let frame = &sample.observer.frame;
-        let leaving = -frame.local_direction(connection.arrival);
-        let per_solid_angle = sample.pdf * connection.spread / receiver.frame.solid_angle_factor(connection.launch);
+        let at_light = &sample.observer;
+        let ratio = at_light.ratio(connection.arrival);
+        let (lambda_nm, factor) = (lambda.at(ratio as f32), self.radiance_factor(ratio));
+        let leaving = -at_light.local_direction(connection.arrival);
+        let per_solid_angle = sample.pdf * connection.spread / receiver.solid_angle_factor(connection.launch);
         match sample.source {
             LightSource::Surface { emitter, normal, uv } => {
-                let cos_theta = frame.local_normal(normal).dot(leaving) as f32;
-                let at = Emission { uv, cos_theta, lambda_nm, lapse: sample.observer.lapse as f32 };
+                let cos_theta = at_light.local_normal(normal).dot(leaving) as f32;
+                let at = Emission { uv, cos_theta, lambda_nm, clock_rate: at_light.clock_rate() as f32 };
                 let emitted = self.emitters[emitter as usize].light.radiance(&at) * factor;
                 let density = per_solid_angle / connection.arrival.dot(normal).abs();
                 Arriving { emitted, density, is_point: false }
             }
             LightSource::Point { light } => {
                 let emitted = self.lights[light as usize].intensity(leaving, lambda_nm) * factor;
-                let density = per_solid_angle * frame.bundle_area_factor(connection.arrival);
+                let density = per_solid_angle * at_light.bundle_area_factor(connection.arrival);
                 Arriving { emitted, density, is_point: true }
             }
             LightSource::Sky { light, is_parallel } => {

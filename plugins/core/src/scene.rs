@@ -1,10 +1,10 @@
 //! A built scene as light transport sees it: vertices with their observers (for lights to sample: `light_sampling.rs`).
 
-use crate::blackhole::Observer;
 use crate::integrator::{Integrator, Ray, SurfaceHit};
 use crate::light::{Emission, Light};
 use crate::light_sampling::Emitter;
 use crate::material::{Material, Shading};
+use crate::observer::Observer;
 use crate::sampling::Discrete;
 use crate::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use crate::world::World;
@@ -37,8 +37,6 @@ pub struct Scene {
     /// Choice by power of what light sampling aims at: first the emitters, then all of `lights` (whose power is 0 if they are left to
     /// chance).
     pub light_choice: Discrete,
-    /// The observer at the camera.
-    pub camera: Observer,
     /// How finely rays are told from their neighbours.
     pub footprints: Footprints,
 }
@@ -72,9 +70,9 @@ pub struct Vertex<'s> {
     pub normal: DVec3,
     /// Who measures here.
     pub observer: Observer,
-    /// Wavelength here over wavelength at the camera.
-    pub shift: f64,
-    /// Radiance at the camera over radiance here, of light that goes there.
+    /// Wavelength here over wavelength at E = 1, of the light that goes back along the path.
+    pub ratio: f64,
+    /// Radiance at E = 1 over radiance here, of that light.
     pub radiance_factor: f32,
     /// What the material may know.
     pub shading: Shading,
@@ -95,7 +93,7 @@ impl Vertex<'_> {
     pub fn chart_direction(&self, w: Vec3) -> DVec3 {
         let w = w.as_dvec3();
         let local = self.axes[0] * w.x + self.axes[1] * w.y + self.axes[2] * w.z;
-        self.observer.frame.chart_direction(local)
+        self.observer.chart_direction(local)
     }
 
     /// The axes of the shading frame, as the observer measures them.
@@ -107,7 +105,7 @@ impl Vertex<'_> {
     /// The direction in the shading frame of a unit chart direction.
     #[inline]
     pub fn shading_direction(&self, chart: DVec3) -> Vec3 {
-        let local = self.observer.frame.local_direction(chart);
+        let local = self.observer.local_direction(chart);
         DVec3::from_array(self.axes.map(|a| a.dot(local))).as_vec3()
     }
 
@@ -118,14 +116,14 @@ impl Vertex<'_> {
         (self.wo.z * wi.z > 0.0) == (self.wn.dot(self.wo) * self.wn.dot(wi) > 0.0)
     }
 
-    /// The light that the surface itself sends back along the path, as the camera receives it.
+    /// The light that the surface itself sends back along the path, at E = 1.
     #[inline]
     pub fn emitted(&self) -> SampledSpectrum {
         match self.emitter {
             Some(emitter) => {
                 let cos_theta = self.wn.dot(self.wo);
-                let lapse = self.observer.lapse as f32;
-                let at = Emission { uv: self.shading.uv, cos_theta, lambda_nm: self.shading.lambda_nm, lapse };
+                let clock_rate = self.observer.clock_rate() as f32;
+                let at = Emission { uv: self.shading.uv, cos_theta, lambda_nm: self.shading.lambda_nm, clock_rate };
                 emitter.light.radiance(&at) * self.radiance_factor
             }
             None => SampledSpectrum::ZERO,
@@ -139,16 +137,16 @@ impl Vertex<'_> {
 }
 
 impl Scene {
-    /// The vertex at `hit`; `None` where nobody can stand.
+    /// The vertex at `hit` of a path with the wavelengths `lambda` at E = 1; `None` where there is no static observer.
     pub fn vertex(&self, hit: SurfaceHit, lambda: &SampledWavelengths) -> Option<Vertex<'_>> {
         let observer = self.integrator.observer(&self.world, hit.point)?;
         let surface = self.world.surface(&hit);
         let binding = &self.shapes[hit.geometry as usize];
-        let shift = self.shift(&observer);
+        let ratio = observer.ratio(hit.direction);
 
-        let wo = -observer.frame.local_direction(hit.direction);
-        let ng = observer.frame.local_normal(surface.normal);
-        let mut ns = observer.frame.local_normal(surface.shading_normal);
+        let wo = -observer.local_direction(hit.direction);
+        let ng = observer.local_normal(surface.normal);
+        let mut ns = observer.local_normal(surface.shading_normal);
         // A shading normal that sees the viewer on the other side is of no use.
         if ns.dot(wo) * ng.dot(wo) <= 0.0 {
             ns = ng;
@@ -160,9 +158,9 @@ impl Scene {
             hit,
             normal: surface.normal,
             observer,
-            shift,
-            radiance_factor: self.radiance_factor(shift),
-            shading: Shading { uv: surface.uv, lambda_nm: lambda.at(shift as f32) },
+            ratio,
+            radiance_factor: self.radiance_factor(ratio),
+            shading: Shading { uv: surface.uv, lambda_nm: lambda.at(ratio as f32) },
             material: &*binding.material,
             emitter: binding.emitter.map(|e| &self.emitters[e as usize]),
             wo: to_shading(wo),
@@ -183,20 +181,14 @@ impl Scene {
         self.integrator.observer(&self.world, point)
     }
 
-    /// Wavelength at `observer` over wavelength at the camera.
+    /// Spectral radiance per wavelength at E = 1 over that where the wavelength is `ratio` times as long: `L lambda^5` is constant along a
+    /// ray (Liouville; I_nu/nu^3 is invariant).
     #[inline]
-    pub fn shift(&self, observer: &Observer) -> f64 {
-        observer.lapse / self.camera.lapse
+    pub fn radiance_factor(&self, ratio: f64) -> f32 {
+        if ratio == 1.0 || self.world.hole.is_some_and(|h| !h.radiance_shift) { 1.0 } else { ratio.powi(5) as f32 }
     }
 
-    /// What the spectral radiance per wavelength is multiplied with on the way to a camera that receives its wavelength divided
-    /// by `shift`: `L lambda^5` is constant along a ray (Liouville; I_nu/nu^3 is invariant).
-    #[inline]
-    pub fn radiance_factor(&self, shift: f64) -> f32 {
-        if shift == 1.0 || self.world.hole.is_none_or(|h| !h.radiance_shift) { 1.0 } else { shift.powi(5) as f32 }
-    }
-
-    /// The light from far away along the chart direction `direction`, as the camera receives it.
+    /// The light from far away along the chart direction `direction`, at the wavelengths `lambda` at E = 1.
     pub fn sky(&self, direction: DVec3, lambda: &SampledWavelengths) -> SampledSpectrum {
         self.sum_of_sky(lambda, |_, light, lambda_nm| light.sky_radiance(direction, lambda_nm))
     }
@@ -222,10 +214,9 @@ impl Scene {
         if self.lights.is_empty() {
             return sum;
         }
-        let shift = self.shift(&Observer::FLAT);
         for (i, light) in self.lights.iter().enumerate() {
-            sum += of(i, light.as_ref(), lambda.at(shift as f32));
+            sum += of(i, light.as_ref(), lambda.lambda_nm);
         }
-        sum * self.radiance_factor(shift)
+        sum
     }
 }

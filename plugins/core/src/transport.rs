@@ -10,11 +10,11 @@ use crate::stats::TraceLog;
 pub struct PathSample<'a> {
     /// What the camera sees along (chart).
     pub ray: Ray,
-    /// Wavelengths at the camera.
+    /// Wavelengths at E = 1: those at a camera far from all mass.
     pub lambda: SampledWavelengths,
     /// Where its random numbers come from.
     pub stream: SampleStream<'a>,
-    /// Spectral radiance seen: written by the transport.
+    /// Spectral radiance seen, at E = 1: written by the transport.
     pub radiance: SampledSpectrum,
 }
 
@@ -23,7 +23,7 @@ pub const BATCH: usize = 64;
 
 /// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.
 pub trait LightTransport: Send + Sync {
-    /// Spectral radiance seen by the camera along `ray` (chart), at the wavelengths `lambda` of the camera. What only the first of them
+    /// Spectral radiance that arrives along `ray` (chart), at the wavelengths `lambda` at E = 1 and as it is there. What only the first of them
     /// brings, after dispersion, is in the first place, and counts for the others too.
     fn radiance(
         &self,

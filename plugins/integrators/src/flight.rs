@@ -3,8 +3,9 @@
 use crate::chords::{Chords, chord_angle};
 use crate::orbit::{Dense, Fate, OrbitPlane, State, Stepper};
 use crate::straight::Straight;
-use bhs_core::blackhole::{BlackHole, Observer};
+use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::observer::Observer;
 use bhs_core::params::Params;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;

@@ -10,9 +10,9 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::blackhole::Observer;
 use bhs_core::geometry::Segment;
 use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Integrator, Ray, Sight, SurfaceHit};
+use bhs_core::observer::Observer;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;

@@ -43,7 +43,7 @@ struct Diffuse {
 impl AreaLight for Diffuse {
     fn radiance(&self, at: &Emission) -> SampledSpectrum {
         if at.cos_theta > 0.0 || (self.two_sided && at.cos_theta < 0.0) {
-            self.radiance.sample_at(at.lambda_nm, at.lapse) * self.scale
+            self.radiance.sample_at(at.lambda_nm, at.clock_rate) * self.scale
         } else {
             SampledSpectrum::ZERO
         }

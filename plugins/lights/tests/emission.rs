@@ -36,7 +36,7 @@ impl SpectrumSource for Ramps {
 }
 
 fn at(cos_theta: f32, lambda_nm: [f32; 4]) -> Emission {
-    Emission { uv: Vec2::ZERO, cos_theta, lambda_nm, lapse: 1.0 }
+    Emission { uv: Vec2::ZERO, cos_theta, lambda_nm, clock_rate: 1.0 }
 }
 
 struct NoFiles;

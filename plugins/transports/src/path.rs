@@ -345,7 +345,7 @@ impl<'s> Bounce<'_, '_, 's> {
         state.chosen = (!sample.specular).then(|| Chosen {
             from: vertex.hit.point,
             pdf: sample.pdf,
-            solid_angle_factor: vertex.observer.frame.solid_angle_factor(state.ray.direction),
+            solid_angle_factor: vertex.observer.solid_angle_factor(state.ray.direction),
         });
 
         // ---- Russian roulette
