@@ -172,10 +172,10 @@ fn etendue_is_the_same_at_both_ends() {
     let mut worst = 0.0f64;
     // Local area across the bundle at y per local solid angle at x, times f(x).
     let etendue = |x: DVec3, y: DVec3, c: &Connection| {
-        let (at_x, at_y) = (hole.observer(x).unwrap().frame, hole.observer(y).unwrap().frame);
+        let (at_x, at_y) = (hole.observer(x).unwrap(), hole.observer(y).unwrap().frame);
         let cos = at_y.local_normal(c.arrival).dot(at_y.local_direction(c.arrival));
         let area = c.spread * at_y.area_factor(c.arrival) * cos;
-        area / at_x.solid_angle_factor(c.launch) * at_x.sqrt_f * at_x.sqrt_f
+        area / at_x.solid_angle_factor(c.launch) * at_x.clock_rate() * at_x.clock_rate()
     };
     for i in 0..100_000 {
         let (r1, r2, theta) = (hole.rs * random.radius(), hole.rs * random.radius(), random.angle());
