@@ -14,6 +14,12 @@ pub trait Sampler: Send + Sync {
 
     /// Samples a pixel that the scene asks for.
     fn samples_per_pixel(&self) -> u32;
+
+    /// Whether the numbers of a sample depend on how many samples a pixel has in all: a render with such a sampler cannot go on to more
+    /// samples than it was begun with.
+    fn depends_on_count(&self) -> bool {
+        false
+    }
 }
 
 /// More sets of numbers than one sample needs.

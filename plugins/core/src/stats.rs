@@ -3,68 +3,75 @@
 use glam::DVec3;
 use std::ops::AddAssign;
 
-/// Counts over any number of rays. Sums of these do not depend on the order of work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Camera paths.
-    pub paths: u64,
-    /// Rays followed, straight or curved.
-    pub geodesics: u64,
-    /// Steps of the orbit integrator.
-    pub steps: u64,
-    /// Questions put to the intersector.
-    pub queries: u64,
-    /// Chords that lay outside the scene's bounds and were not put to it.
-    pub chords_skipped: u64,
-    /// Stretches of orbits that were passed over because nothing was near.
-    pub leaps: u64,
-    /// Geodesics that were found between pairs of points for light sampling.
-    pub connections: u64,
-    /// Those that were searched for something in their way.
-    pub connections_searched: u64,
-    /// Those that no light comes along: from behind a surface, or from the back of a lamp.
-    pub connections_dark: u64,
-    /// Those that were so faint that they were left to chance, and not searched.
-    pub connections_faint: u64,
-    /// Those that were searched and that something stands in the way of.
-    pub connections_blocked: u64,
-    /// Questions put to the intersector along them, counted in `queries` too.
-    pub connection_queries: u64,
-    /// Paths that ended on a surface within the horizon, where nobody can stand.
-    pub inside_horizon: u64,
-    /// Rays that ended on a surface.
-    pub hit: u64,
-    /// Rays that left the scene for good.
-    pub escaped: u64,
-    /// Rays that fell into the hole.
-    pub captured: u64,
-    /// Rays that the integrator gave up.
-    pub out_of_steps: u64,
-    /// Path samples that were not finite and were left out.
-    pub not_finite: u64,
+/// Declares [`Counters`]: each count is written down once, and is added up, saved and restored from there.
+macro_rules! counters {
+    ($($(#[$about:meta])* $name:ident,)*) => {
+        /// Counts over any number of rays. Sums of these do not depend on the order of work.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub struct Counters {
+            $($(#[$about])* pub $name: u64,)*
+        }
+
+        impl AddAssign for Counters {
+            fn add_assign(&mut self, o: Self) {
+                $(self.$name += o.$name;)*
+            }
+        }
+
+        impl Counters {
+            /// All counts with their names, to be saved.
+            pub fn named(&self) -> impl Iterator<Item = (&'static str, u64)> {
+                [$((stringify!($name), self.$name)),*].into_iter()
+            }
+
+            /// The count of the given name; `None` if there is no such count.
+            pub fn by_name_mut(&mut self, name: &str) -> Option<&mut u64> {
+                match name {
+                    $(stringify!($name) => Some(&mut self.$name),)*
+                    _ => None,
+                }
+            }
+        }
+    };
 }
 
-impl AddAssign for Counters {
-    fn add_assign(&mut self, o: Self) {
-        self.paths += o.paths;
-        self.geodesics += o.geodesics;
-        self.steps += o.steps;
-        self.queries += o.queries;
-        self.chords_skipped += o.chords_skipped;
-        self.leaps += o.leaps;
-        self.connections += o.connections;
-        self.connections_searched += o.connections_searched;
-        self.connections_dark += o.connections_dark;
-        self.connections_faint += o.connections_faint;
-        self.connections_blocked += o.connections_blocked;
-        self.connection_queries += o.connection_queries;
-        self.inside_horizon += o.inside_horizon;
-        self.hit += o.hit;
-        self.escaped += o.escaped;
-        self.captured += o.captured;
-        self.out_of_steps += o.out_of_steps;
-        self.not_finite += o.not_finite;
-    }
+counters! {
+    /// Camera paths.
+    paths,
+    /// Rays followed, straight or curved.
+    geodesics,
+    /// Steps of the orbit integrator.
+    steps,
+    /// Questions put to the intersector.
+    queries,
+    /// Chords that lay outside the scene's bounds and were not put to it.
+    chords_skipped,
+    /// Stretches of orbits that were passed over because nothing was near.
+    leaps,
+    /// Geodesics that were found between pairs of points for light sampling.
+    connections,
+    /// Those that were searched for something in their way.
+    connections_searched,
+    /// Those that no light comes along: from behind a surface, or from the back of a lamp.
+    connections_dark,
+    /// Those that were so faint that they were left to chance, and not searched.
+    connections_faint,
+    /// Those that were searched and that something stands in the way of.
+    connections_blocked,
+    /// Questions put to the intersector along them, counted in `queries` too.
+    connection_queries,
+    /// Paths that ended on a surface within the horizon, where nobody can stand.
+    inside_horizon,
+    /// Rays that ended on a surface.
+    hit,
+    /// Rays that left the scene for good.
+    escaped,
+    /// Rays that fell into the hole.
+    captured,
+    /// Rays that the integrator gave up.
+    out_of_steps,
+    /// Path samples that were not finite and were left out.
+    not_finite,
 }
 
 /// What tracing leaves behind besides its result.

@@ -51,6 +51,22 @@ pub trait LightTransport: Send + Sync {
     /// Says that all samples so far are done, and that others follow: what has been found so far may be used from now on.
     fn end_wave(&mut self) {}
 
+    /// What it has found so far, as bytes that [`LightTransport::restore`] understands: a render that is broken off and resumed goes on with
+    /// it, and has to end with the same picture. So everything that later samples depend on is in there, exactly, including what the
+    /// current wave has added. Called between samples, while no other thread uses it. Empty for a method without memory.
+    fn save(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Takes over what [`LightTransport::save`] of the same method, in a render of the same scene, has returned. Called once, before the first
+    /// sample.
+    ///
+    /// # Errors
+    /// What is wrong with `saved`, which comes from a file and may be anything.
+    fn restore(&mut self, saved: &[u8]) -> Result<(), String> {
+        if saved.is_empty() { Ok(()) } else { Err("the light transport has no memory, and some was saved".to_owned()) }
+    }
+
     /// Whether it aims at lights: one that does not cannot find a light that shines from a point.
     fn samples_lights(&self) -> bool {
         false

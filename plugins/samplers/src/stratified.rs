@@ -120,6 +120,10 @@ impl Sampler for Stratified {
     fn samples_per_pixel(&self) -> u32 {
         self.grid[0] * self.grid[1]
     }
+
+    fn depends_on_count(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]

@@ -11,6 +11,8 @@
 //! Sources: Vorba et al. 2014, "On-line Learning of Parametric Mixture Models for Light Transport Simulation"; Mueller, Gross and Novak
 //! 2017, "Practical Path Guiding for Efficient Light-Transport Simulation".
 
+mod record;
+
 use crate::warp::{SQUARES, Warp, WarpSample};
 use bhs_core::geometry::Aabb;
 use bhs_core::sampling::{concentric_square, cosine_hemisphere};
@@ -271,7 +273,7 @@ mod tests {
         unit_f32((mix64(i) >> 32) as u32)
     }
 
-    fn guide() -> Guide {
+    pub(super) fn guide() -> Guide {
         Guide::new(Aabb { min: DVec3::ZERO, max: DVec3::new(1.0, 2.0, 3.0) })
     }
 
@@ -292,7 +294,7 @@ mod tests {
     }
 
     /// Waves of samples over a floor that looks up, drawn and learned by `threads` threads.
-    fn taught(threads: u64, waves: u64) -> Guide {
+    pub(super) fn taught(threads: u64, waves: u64) -> Guide {
         let mut guide = guide();
         let per_wave = 6000;
         for wave in 0..waves {

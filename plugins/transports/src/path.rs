@@ -181,6 +181,18 @@ impl LightTransport for Path {
         }
     }
 
+    fn save(&self) -> Vec<u8> {
+        self.guide.as_ref().map_or_else(Vec::new, Guide::save)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), String> {
+        match &mut self.guide {
+            Some(guide) => guide.restore(saved),
+            None if saved.is_empty() => Ok(()),
+            None => Err("`guiding` is off, and a guide was saved".to_owned()),
+        }
+    }
+
     fn samples_lights(&self) -> bool {
         self.light_sampling
     }

@@ -74,6 +74,29 @@ impl Warp {
         Self { rows, columns: std::array::from_fn(|i| summed(row(i))) }
     }
 
+    /// The sums that it is made of, to be saved.
+    pub fn sums(&self) -> impl Iterator<Item = f32> {
+        self.rows.into_iter().chain(self.columns.into_iter().flatten())
+    }
+
+    /// The distribution of the given sums; `None` if they are those of no distribution.
+    pub fn from_sums(mut next: impl FnMut() -> Option<f32>) -> Option<Self> {
+        let mut sums = || -> Option<[f32; SIDE]> {
+            let mut sums = [0.0; SIDE];
+            for sum in &mut sums {
+                *sum = next()?;
+            }
+            // Each interval has a width, so that densities are positive and finite.
+            let rises = sums[0] > 0.0 && sums.is_sorted_by(|a, b| a < b) && sums[SIDE - 1] == 1.0;
+            rises.then_some(sums)
+        };
+        let mut warp = Self { rows: sums()?, ..Self::UNIFORM };
+        for column in &mut warp.columns {
+            *column = sums()?;
+        }
+        Some(warp)
+    }
+
     /// Turns a uniform point into one of this distribution; neighbours remain neighbours.
     #[inline]
     pub fn sample(&self, u: Vec2) -> WarpSample {
