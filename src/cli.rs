@@ -3,7 +3,8 @@
 use bhs_core::layer::Layer;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// A renderer for scenes with a black hole in them.
 #[derive(Debug, Parser)]
@@ -44,7 +45,7 @@ impl Color {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to an EXR file and a PNG beside it
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Parse and build a scene without rendering it; exit 1 on errors
     Check {
         /// The scene; `-` reads standard input
@@ -106,9 +107,27 @@ pub struct RenderArgs {
     /// EXR file to write; the PNG stands beside it
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: Option<PathBuf>,
-    /// Samples per pixel
+    /// Samples per pixel; at most, with --time
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub spp: Option<u32>,
+    /// End each picture after so many seconds of rendering, with the samples that it has then
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time: Option<Duration>,
+    /// Samples per pixel that --time leaves at least; 1 if not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    pub min_spp: Option<u32>,
+    /// Save the state of the render now and then, so that --resume can go on from it: beside the picture, as NAME.checkpoint, or in FILE
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    pub checkpoint: Option<Option<PathBuf>>,
+    /// Seconds between checkpoints; the first one comes soon
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "300")]
+    pub checkpoint_every: Duration,
+    /// Go on from the checkpoint, or start if there is none; saves checkpoints too
+    #[arg(long)]
+    pub resume: bool,
+    /// Write the picture as it is, with every checkpoint
+    #[arg(long)]
+    pub write_partial: bool,
     /// What changes the scene
     #[command(flatten)]
     pub scene_args: SceneArgs,
@@ -142,6 +161,17 @@ pub struct RenderArgs {
     /// Write what it took as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
+}
+
+impl RenderArgs {
+    /// Where the checkpoint of the picture `exr` stands, if there is to be one; `named` turns the name that is given into that of this picture.
+    pub fn checkpoint_for(&self, exr: &Path, named: impl Fn(&Path) -> PathBuf) -> Option<PathBuf> {
+        match &self.checkpoint {
+            Some(Some(path)) => Some(named(path)),
+            None if !self.resume => None,
+            _ => Some(exr.with_extension("checkpoint")),
+        }
+    }
 }
 
 /// `bhs trace`
@@ -186,6 +216,14 @@ pub struct BenchArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// A time in seconds.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().filter(|s| *s >= 0.0);
+    seconds
+        .and_then(|s| Duration::try_from_secs_f64(s).ok())
+        .ok_or_else(|| "expected a number of seconds, such as 300 or 0.5".to_owned())
 }
 
 fn crop(text: &str) -> Result<[f64; 4], String> {

@@ -5,6 +5,7 @@ use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Overrides, SourceMap};
 use crate::output::OutputFile;
 use crate::registry::Registry;
+use crate::signals::StopSignal;
 use crate::{message, plugins_table, report, say};
 use anyhow::{Context, Result};
 use bhs_core::diagnostics::Diagnostic;
@@ -14,6 +15,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 mod outputs;
+mod picture;
 mod render;
 
 pub use render::render;
@@ -28,8 +30,22 @@ pub enum ExitStatus {
     Fault = 1,
     /// The command line is at fault.
     CommandLine = 2,
+    /// The terminal is gone; what was rendered is written.
+    HungUp = 129,
     /// Interrupted; what was rendered is written.
     Interrupted = 130,
+    /// Told to end; what was rendered is written.
+    Terminated = 143,
+}
+
+impl From<StopSignal> for ExitStatus {
+    fn from(signal: StopSignal) -> Self {
+        match signal {
+            StopSignal::Interrupt => Self::Interrupted,
+            StopSignal::Terminate => Self::Terminated,
+            StopSignal::Hangup => Self::HungUp,
+        }
+    }
 }
 
 impl From<ExitStatus> for ExitCode {

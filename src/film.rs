@@ -23,6 +23,33 @@ pub struct Tile {
     /// For each pixel and each layer: the sums of the layer's channels, then of the weights of the samples that have a value.
     /// Empty, without memory, in a film that has no layers.
     pub layers: Vec<f64>,
+    /// How far it has come.
+    pub progress: TileProgress,
+    /// Number of the last snapshot of the render that has this tile.
+    pub snapshot: u32,
+}
+
+/// How far a tile has come. Samples are made in ranges of their numbers: all of a range for one pixel, then for the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TileProgress {
+    /// Samples that every pixel has; the range under way begins with this one.
+    pub done: u32,
+    /// End of the range under way; no more than `done` if there is none.
+    pub end: u32,
+    /// Samples of the range under way that are done, those of all pixels together.
+    pub position: u32,
+}
+
+impl TileProgress {
+    /// Whether there is any sample.
+    pub fn has_samples(self) -> bool {
+        self.done > 0 || self.position > 0
+    }
+
+    /// Samples that the pixel with the most has.
+    pub fn most(self) -> u32 {
+        if self.position > 0 { self.end } else { self.done }
+    }
 }
 
 /// All tiles of the part of the frame that is rendered.
@@ -59,6 +86,45 @@ impl Tile {
     }
 }
 
+impl Tile {
+    /// Samples so far, those of all pixels together.
+    pub fn samples(&self) -> u64 {
+        u64::from(self.progress.done) * self.weights.len() as u64 + u64::from(self.progress.position)
+    }
+
+    /// Its progress and its numbers, exactly (little-endian); nothing without samples.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let TileProgress { done, end, position } = self.progress;
+        if !self.progress.has_samples() {
+            return Vec::new();
+        }
+        let numbers = || self.sums.iter().chain(&self.weights).chain(&self.layers);
+        let mut bytes = Vec::with_capacity(12 + 8 * numbers().count());
+        [done, end, position].iter().for_each(|n| bytes.extend_from_slice(&n.to_le_bytes()));
+        numbers().for_each(|n| bytes.extend_from_slice(&n.to_le_bytes()));
+        bytes
+    }
+
+    /// Takes over what [`Tile::to_bytes`] of the same tile returned; `None`, and unchanged, if it is not that.
+    pub fn restore(&mut self, bytes: &[u8]) -> Option<()> {
+        let (head, numbers) = bytes.split_first_chunk::<12>()?;
+        let [done, end, position] = [0, 4, 8].map(|at| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));
+        // A range under way has samples that are not done yet.
+        let range = u64::from(end.saturating_sub(done)) * self.weights.len() as u64;
+        if numbers.len() != 8 * (self.sums.len() + self.weights.len() + self.layers.len())
+            || (position > 0 && u64::from(position) >= range)
+        {
+            return None;
+        }
+        let own = self.sums.iter_mut().chain(&mut self.weights).chain(&mut self.layers);
+        for (own, number) in own.zip(numbers.as_chunks::<8>().0) {
+            *own = f64::from_le_bytes(*number);
+        }
+        self.progress = TileProgress { done, end, position };
+        Some(())
+    }
+}
+
 impl Framebuffer {
     /// An empty frame of a film.
     pub fn new(film: &dyn Film) -> Self {
@@ -76,6 +142,8 @@ impl Framebuffer {
                     sums: vec![0.0; pixels * channels.len()],
                     weights: vec![0.0; pixels],
                     layers: vec![0.0; pixels * layer_numbers],
+                    progress: TileProgress::default(),
+                    snapshot: 0,
                 }));
             }
         }
@@ -91,6 +159,18 @@ impl Framebuffer {
     pub fn pixel_count(&self) -> u64 {
         let [x0, x1, y0, y1] = self.crop;
         u64::from(x1 - x0) * u64::from(y1 - y0)
+    }
+
+    /// Samples so far, those of all pixels together. Waits for threads that are at work on a tile.
+    pub fn samples(&self) -> u64 {
+        self.tiles.iter().map(|tile| tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner).samples()).sum()
+    }
+
+    /// Samples that every pixel has, and that the pixel with the most has. Waits for threads that are at work on a tile.
+    pub fn sample_counts(&self) -> [u32; 2] {
+        let progress = |tile: &Mutex<Tile>| tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner).progress;
+        let counts = self.tiles.iter().map(progress).map(|p| [p.done, p.most()]);
+        counts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
     /// The picture as it stands, without the layers: every pixel the weighted mean of the samples that it has; black without any.

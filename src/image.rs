@@ -55,6 +55,20 @@ impl Picture {
         Self { channels, data, ..self }
     }
 
+    /// Whether it has the same channels, pixels and place in its frame as another one; in whatever order the channels are.
+    pub fn same_channels(&self, other: &Self) -> bool {
+        let n = self.channels.len();
+        self.size == other.size && self.frame == other.frame && n == other.channels.len() && {
+            let there = self.channels.iter().map(|name| other.channels.iter().position(|c| c == name));
+            there.enumerate().all(|(c, there)| {
+                there.is_some_and(|there| {
+                    let (own, others) = (self.data.iter().skip(c).step_by(n), other.data.iter().skip(there).step_by(n));
+                    own.map(|v| v.to_bits()).eq(others.map(|v| v.to_bits()))
+                })
+            })
+        }
+    }
+
     /// The values of a pixel.
     pub fn pixel(&self, x: usize, y: usize) -> &[f32] {
         let n = self.channels.len();

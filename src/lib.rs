@@ -5,6 +5,7 @@
 //! [`render::render`] turns that into a picture. What plugins see is the crate `bhs-core`.
 
 pub mod bench;
+pub mod checkpoint;
 pub mod cli;
 pub mod commands;
 pub mod compare;
@@ -22,5 +23,6 @@ pub mod progress;
 pub mod registry;
 pub mod render;
 pub mod report;
+pub mod signals;
 pub mod stats;
 pub mod trace;

@@ -3,10 +3,9 @@
 use bhs::cli::{Cli, Command};
 use bhs::commands::{self, ExitStatus};
 use bhs::say;
+use bhs::signals::Signals;
 use clap::Parser;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -20,7 +19,7 @@ fn main() -> ExitCode {
     };
     let color = cli.color.on_standard_error();
     let result = match &cli.command {
-        Command::Render(args) => commands::render(args, color, &stop_on_interrupt()),
+        Command::Render(args) => commands::render(args, color, &Signals::listen()),
         Command::Check { scene, json } => commands::check(scene, *json, color),
         Command::Format { scene, write } => commands::format(scene, *write, color),
         Command::Plugins { kind, name, json } => commands::plugins(kind.as_deref(), name.as_deref(), *json),
@@ -36,19 +35,4 @@ fn main() -> ExitCode {
             ExitStatus::Fault.into()
         }
     }
-}
-
-/// A flag that the first interrupt (Ctrl-C) sets; the second ends the program on the spot.
-fn stop_on_interrupt() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let seen = Arc::clone(&stop);
-    let installed = ctrlc::set_handler(move || {
-        if seen.swap(true, Ordering::SeqCst) {
-            std::process::exit(ExitStatus::Interrupted as i32);
-        }
-    });
-    if let Err(error) = installed {
-        say!("warning: an interrupt will lose the picture: {error}");
-    }
-    stop
 }

@@ -25,6 +25,12 @@ impl Progress {
         Self { bar, rays: AtomicU64::new(0), tiles: AtomicU64::new(0), start: Instant::now() }
     }
 
+    /// So many samples were there before.
+    pub fn skip(&self, samples: u64) {
+        self.bar.inc(samples);
+        self.bar.reset_eta();
+    }
+
     /// A new wave begins; every pixel has `done` of `total` samples.
     pub fn wave(&self, done: u32, total: u32) {
         self.tiles.store(0, Ordering::Relaxed);

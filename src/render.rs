@@ -1,12 +1,20 @@
 //! The render loop: waves of samples over tiles, in parallel, the same bytes for any number of threads.
 //!
 //! A pixel's samples are added in their order, each wave going on where the last one ended; a sample depends on nothing but
-//! (seed, pixel, index). An interruption ends a wave between tiles: the picture so far is whole, if noisier in places.
+//! (seed, pixel, index), and for transports that learn on its wave. An interruption ends a wave between samples: the picture so far is
+//! whole, if noisier in places, and a render that is resumed goes on there.
 
-use crate::film::{Framebuffer, Tile};
+mod state;
+mod waves;
+
+pub use state::{RenderState, Snapshot};
+pub use waves::{Limits, Wave};
+
+use crate::film::{Framebuffer, Tile, TileProgress};
 use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
 use crate::progress::Progress;
+use crate::signals::{Signals, StopSignal};
 use arrayvec::ArrayVec;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::integrator::Ray;
@@ -18,10 +26,10 @@ use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths
 use bhs_core::stats::{Counters, TraceLog};
 use bhs_core::transport::{BATCH, LightTransport, PathSample};
 use glam::DVec2;
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 
 /// Everything that a render needs.
+#[derive(Clone, Copy)]
 pub struct Job<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -53,107 +61,111 @@ impl<'a> Job<'a> {
 
 /// Renders a built scene to its end on the current rayon pool, and shows nothing meanwhile.
 pub fn render_quietly(built: &BuiltScene) -> Rendered {
-    render(&Job::of(built), &Progress::new(0, true), &AtomicBool::new(false))
+    let state = RenderState::new(Job::of(built));
+    let ended = state.run(&Limits::of(&*built.sampler), &Progress::new(0, true), &Signals::default());
+    state.rendered(ended)
 }
 
 /// What a render leaves behind.
 pub struct Rendered {
-    /// The frame, whole or as far as it came.
-    pub frame: Framebuffer,
+    /// The frame, whole or as far as it came. Where the render goes on, its tiles change.
+    pub frame: Arc<Framebuffer>,
     /// What was counted.
     pub counters: Counters,
     /// Samples that every pixel has at least.
     pub samples: u32,
-    /// Whether it was stopped early.
-    pub interrupted: bool,
+    /// Samples that the pixel with the most has.
+    pub most_samples: u32,
+    /// Seconds of rendering, those before it was resumed included.
+    pub seconds: f64,
+    /// Why it ended.
+    pub ended: Ended,
 }
 
-/// Samples of the longest wave: short enough for progress and interruptions, long enough for coherent work.
-const LONGEST_WAVE: u32 = 32;
+/// Why a render has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// Every pixel has the samples that it was to have.
+    Complete,
+    /// The time that it was given is over.
+    TimeOver,
+    /// It was told to stop.
+    Stopped(StopSignal),
+    /// It has not: this is what there is so far.
+    Underway,
+}
 
-/// Renders `job` on the current rayon pool until it is done or `stop` is set.
-pub fn render(job: &Job, progress: &Progress, stop: &AtomicBool) -> Rendered {
-    let mut own = job.transport.for_render(job.scene);
-    let frame = Framebuffer::new(job.film);
-    let layers = LayerCollector::new(job.scene, job.film);
-    let total = job.sampler.samples_per_pixel();
-    let mut counters = Counters::default();
-    let (mut done, mut wave) = (0, 0);
-    while done < total && !stop.load(Ordering::Relaxed) {
-        let next = done + done.clamp(1, LONGEST_WAVE).min(total - done);
-        progress.wave(done, total);
-        let job = &Job { transport: own.as_deref().unwrap_or(job.transport), ..*job };
-        counters += frame
-            .tiles
-            .par_iter()
-            .with_max_len(1)
-            .map(|tile| {
-                if stop.load(Ordering::Relaxed) {
-                    return Counters::default();
-                }
-                let mut tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                let counted = render_tile(job, layers.as_ref(), &mut tile, frame.channel_count(), (wave, done..next));
-                progress.tile(u64::from(tile.size[0] * tile.size[1]) * u64::from(next - done), counted.geodesics);
-                counted
-            })
-            .reduce(Counters::default, |mut a, b| {
-                a += b;
-                a
-            });
-        if !stop.load(Ordering::Relaxed) {
-            done = next;
-            if let Some(own) = &mut own {
-                own.end_wave();
-                // What was learned depends on the numbers so far: the next ones must not.
-                wave += 1;
-            }
+impl Ended {
+    /// One word for it: what the EXR header says.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::TimeOver => "time",
+            Self::Stopped(signal) => signal.name(),
+            Self::Underway => "underway",
         }
     }
-    Rendered { frame, counters, samples: done, interrupted: done < total }
 }
 
-fn render_tile(
-    job: &Job,
-    layers: Option<&LayerCollector>,
-    tile: &mut Tile,
+/// What a thread needs to work on tiles.
+struct TileWork<'a> {
+    job: &'a Job<'a>,
+    layers: Option<&'a LayerCollector<'a>>,
     channels: usize,
-    (wave, samples): (u32, std::ops::Range<u32>),
-) -> Counters {
-    let mut log = TraceLog::default();
-    let [lo, hi] = job.film.lambda_range();
-    let wavelengths = VisibleWavelengths::new(lo, hi);
-    let wants_variance = job.film.layers().contains(&Layer::Variance);
-    let mut all = (0..tile.weights.len()).flat_map(|i| samples.clone().map(move |index| (i, index)));
-    let (mut seen, mut paths) = (ArrayVec::<Seen, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
-    loop {
-        for (i, index) in all.by_ref().take(BATCH) {
-            let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
-            let stream = SampleStream::of_wave(job.sampler, pixel, index, wave);
-            let (sample, path) = Seen::new(job, &wavelengths, i, pixel, stream);
-            seen.push(sample);
-            paths.push(path);
-        }
-        if paths.is_empty() {
-            return log.counters;
-        }
-        let rays: ArrayVec<Ray, BATCH> = paths.iter().map(|p| p.ray).collect();
-        job.transport.radiance_all(job.scene, &mut paths, &mut log);
-        for ((seen, path), ray) in seen.iter().zip(&paths).zip(rays) {
-            if let Some(layers) = layers {
-                tile.add_layers(seen.pixel, job.film.layers(), layers.values(&ray), f64::from(seen.weight));
+    /// What random numbers depend on besides pixel and sample, for transports that learn.
+    wave: u32,
+}
+
+impl TileWork<'_> {
+    /// Goes on with the range of samples that is under way in a tile, until it is done or `pause` says so, which is asked after every
+    /// [`BATCH`] of samples.
+    fn advance(&self, tile: &mut Tile, pause: impl Fn() -> bool) -> Counters {
+        let Self { job, channels, .. } = *self;
+        let mut log = TraceLog::default();
+        let [lo, hi] = job.film.lambda_range();
+        let wavelengths = VisibleWavelengths::new(lo, hi);
+        let wants_variance = job.film.layers().contains(&Layer::Variance);
+        let TileProgress { done, end, position } = tile.progress;
+        let samples = end.saturating_sub(done).max(1) as usize;
+        // Pixel after pixel.
+        let all = tile.weights.len() * samples;
+        let mut rest = (position as usize..all).map(|at| (at / samples, done + (at % samples) as u32));
+        let (mut seen, mut paths) = (ArrayVec::<Seen, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
+        while tile.progress.position > 0 || tile.progress.done < end {
+            for (i, index) in rest.by_ref().take(BATCH) {
+                let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
+                let stream = SampleStream::of_wave(job.sampler, pixel, index, self.wave);
+                let (sample, path) = Seen::new(job, &wavelengths, i, pixel, stream);
+                seen.push(sample);
+                paths.push(path);
             }
-            let sums = &mut tile.sums[seen.pixel * channels..][..channels];
-            let before = wants_variance.then(|| color(sums));
-            let weight = seen.add(job, path, sums, &mut log);
-            if let Some(before) = before.filter(|_| weight != 0.0) {
-                let after = color(sums);
-                let sample = std::array::from_fn(|c| (after[c] - before[c]) / weight);
-                tile.add_variance(seen.pixel, job.film.layers(), sample);
+            let rays: ArrayVec<Ray, BATCH> = paths.iter().map(|p| p.ray).collect();
+            job.transport.radiance_all(job.scene, &mut paths, &mut log);
+            for ((seen, path), ray) in seen.iter().zip(&paths).zip(rays) {
+                if let Some(layers) = self.layers {
+                    tile.add_layers(seen.pixel, job.film.layers(), layers.values(&ray), f64::from(seen.weight));
+                }
+                let sums = &mut tile.sums[seen.pixel * channels..][..channels];
+                let before = wants_variance.then(|| color(sums));
+                let weight = seen.add(job, path, sums, &mut log);
+                if let Some(before) = before.filter(|_| weight != 0.0) {
+                    let after = color(sums);
+                    let sample = std::array::from_fn(|c| (after[c] - before[c]) / weight);
+                    tile.add_variance(seen.pixel, job.film.layers(), sample);
+                }
+                tile.weights[seen.pixel] += weight;
             }
-            tile.weights[seen.pixel] += weight;
+            tile.progress.position += paths.len() as u32;
+            if tile.progress.position as usize >= all {
+                tile.progress = TileProgress { done: end, end, position: 0 };
+            }
+            seen.clear();
+            paths.clear();
+            if pause() {
+                break;
+            }
         }
-        seen.clear();
-        paths.clear();
+        log.counters
     }
 }
 

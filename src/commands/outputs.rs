@@ -3,7 +3,7 @@
 use super::render::{closing_words, provenance, stats_json};
 use crate::cli::RenderArgs;
 use crate::false_color::{self, FalseColor};
-use crate::image;
+use crate::image::{self, Picture};
 use crate::lang::BuiltScene;
 use crate::output::OutputFile;
 use crate::render::Rendered;
@@ -20,6 +20,8 @@ pub(super) struct Outputs {
     /// A false-colour picture for each layer, if they are asked for.
     shown: Vec<OutputFile>,
     stats: Option<OutputFile>,
+    /// Where the checkpoint stands, if there is to be one.
+    checkpoint: Option<PathBuf>,
 }
 
 impl Outputs {
@@ -41,14 +43,59 @@ impl Outputs {
         let shown = layers.iter().map(|l| OutputFile::reserve(&false_color::path(&exr_path, *l))).collect::<Result<_>>()?;
         let stats = args.stats.as_ref().map(|path| if one { path.clone() } else { named(path, camera) });
         let stats = stats.as_deref().map(OutputFile::reserve).transpose()?;
-        Ok(Self { exr, png, shown, stats })
+        let checkpoint = args.checkpoint_for(&exr_path, |path| if one { path.to_owned() } else { named(path, camera) });
+        if let Some(path) = &checkpoint {
+            drop(OutputFile::reserve(path)?);
+        }
+        Ok(Self { exr, png, shown, stats, checkpoint })
+    }
+
+    /// Where the picture will stand.
+    pub fn exr_path(&self) -> &Path {
+        self.exr.path()
+    }
+
+    /// Where its checkpoint stands, if there is to be one.
+    pub fn checkpoint(&self) -> Option<&Path> {
+        self.checkpoint.as_deref()
+    }
+
+    /// Whether the pictures that stand there are these.
+    pub fn hold(&self, built: &BuiltScene, rendered: &Rendered) -> bool {
+        let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
+        let is = |path: &Path, write: &dyn Fn(&mut Vec<u8>) -> Result<()>| {
+            let mut bytes = Vec::new();
+            write(&mut bytes).is_ok() && std::fs::read(path).is_ok_and(|there| there == bytes)
+        };
+        let shown = self.shown.iter().zip(&layers).all(|(file, layer)| {
+            let colors = FalseColor::new(layer);
+            is(file.path(), &|to| image::write_png(to, picture.size, colors.pixels().as_flattened()))
+        });
+        let png = || is(self.png.path(), &|to| picture.write_png(to, |pixel| built.film.display(pixel)));
+        let stats = || self.stats.as_ref().is_none_or(|file| file.path().exists());
+        shown && png() && stats() && {
+            let picture = picture.with_layers(&layers);
+            Picture::read_exr(self.exr.path()).is_ok_and(|there| there.same_channels(&picture))
+        }
+    }
+
+    /// Writes the picture as it is now, while it goes on; its files can be written again.
+    pub fn write_partial(&self, built: &BuiltScene, rendered: &Rendered) -> Result<()> {
+        let files = Self {
+            exr: OutputFile::reserve(self.exr.path())?,
+            png: OutputFile::reserve(self.png.path())?,
+            shown: Vec::new(),
+            stats: None,
+            checkpoint: None,
+        };
+        files.write(built, rendered, &mut Phases::default(), true)
     }
 
     /// Writes all of them.
     pub fn write(self, built: &BuiltScene, rendered: &Rendered, phases: &mut Phases, quiet: bool) -> Result<()> {
         let exr_path = self.exr.path().to_owned();
         let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
-        let attributes = provenance(built, rendered, phases);
+        let attributes = provenance(built, rendered);
         self.png.finish(|to| picture.write_png(to, |pixel| built.film.display(pixel)))?;
         for (file, layer) in self.shown.into_iter().zip(&layers) {
             let colors = FalseColor::new(layer);

@@ -1,24 +1,24 @@
 //! `bhs render`: a picture for each camera.
 
 use super::outputs::Outputs;
+use super::picture::Session;
 use super::{ExitStatus, load, overrides};
 use crate::cli::RenderArgs;
 use crate::image::Attribute;
 use crate::lang::{BuiltScene, Overrides};
-use crate::progress::Progress;
-use crate::render::{Job, Rendered};
+use crate::render::{Ended, Rendered};
 use crate::say;
+use crate::signals::Signals;
 use crate::stats::{Phases, counters_to_json, peak_memory};
 use anyhow::{Context, Result};
 use serde_json::json;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 /// `bhs render`
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn render(args: &RenderArgs, color: bool, stop: &AtomicBool) -> Result<ExitStatus> {
+pub fn render(args: &RenderArgs, color: bool, signals: &Signals) -> Result<ExitStatus> {
     let mut phases = Phases::default();
     let overrides = Overrides {
         transport: args.transport.clone(),
@@ -37,6 +37,8 @@ pub fn render(args: &RenderArgs, color: bool, stop: &AtomicBool) -> Result<ExitS
         return Ok(ExitStatus::CommandLine);
     }
 
+    // From here on there may be something to write when a signal comes.
+    signals.stop_gracefully(|| {});
     // Whether the results can be kept is found out before they are made.
     let outputs = built.camera_names().map(|camera| Outputs::reserve(args, &built, camera)).collect::<Result<Vec<_>>>()?;
 
@@ -45,16 +47,10 @@ pub fn render(args: &RenderArgs, color: bool, stop: &AtomicBool) -> Result<ExitS
         pool = pool.num_threads(threads as usize);
     }
     let pool = pool.build().context("cannot start the threads")?;
+    let session = Session { args, signals, pool: &pool };
     for outputs in outputs {
-        let [x0, x1, y0, y1] = built.film.crop();
-        let samples = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(built.sampler.samples_per_pixel());
-        let progress = Progress::new(samples, args.quiet);
-        let rendered = pool.install(|| crate::render::render(&Job::of(&built), &progress, stop));
-        progress.finish();
-        phases.end("render");
-        outputs.write(&built, &rendered, &mut phases, args.quiet)?;
-        if rendered.interrupted {
-            return Ok(ExitStatus::Interrupted);
+        if let Ended::Stopped(signal) = session.render(&built, outputs, &mut phases)? {
+            return Ok(signal.into());
         }
         // Loading counts as the first picture's.
         phases = Phases::default();
@@ -64,12 +60,14 @@ pub fn render(args: &RenderArgs, color: bool, stop: &AtomicBool) -> Result<ExitS
 }
 
 /// What the EXR header says of the picture's making.
-pub(super) fn provenance(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> Vec<(String, Attribute)> {
+pub(super) fn provenance(built: &BuiltScene, rendered: &Rendered) -> Vec<(String, Attribute)> {
     let c = &rendered.counters;
     let queries = c.queries as f64 / c.geodesics.max(1) as f64;
     let numbers = [
         ("bhs:spp", f64::from(rendered.samples)),
-        ("bhs:seconds", phases.seconds("render")),
+        ("bhs:seconds", rendered.seconds),
+        ("bhs:firstSample", 0.0),
+        ("bhs:lastSample", f64::from(rendered.most_samples.saturating_sub(1))),
         ("bhs:queriesPerGeodesic", queries),
     ];
     let texts = [
@@ -78,6 +76,7 @@ pub(super) fn provenance(built: &BuiltScene, rendered: &Rendered, phases: &Phase
         ("bhs:seed", built.seed.to_string()),
         ("bhs:integrator", built.integrator_name.clone()),
         ("bhs:transport", built.transport_name.clone()),
+        ("bhs:stopped", rendered.ended.name().to_owned()),
     ];
     let numbers = numbers.into_iter().map(|(n, v)| (n.to_owned(), Attribute::Number(v)));
     let camera = built.camera_name.iter().map(|name| ("bhs:camera", name.clone()));
@@ -94,7 +93,8 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
         "transport": built.transport_name,
         "camera": built.camera_name,
         "samples_per_pixel": rendered.samples,
-        "interrupted": rendered.interrupted,
+        "interrupted": matches!(rendered.ended, Ended::Stopped(_)),
+        "stopped": rendered.ended.name(),
         "seconds": phases.to_json(),
         "processor_seconds": phases.processor_to_json(),
         "peak_memory_bytes": peak_memory(),
@@ -106,10 +106,14 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
 }
 
 pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
-    let (c, seconds) = (&rendered.counters, phases.seconds("render"));
+    let (c, seconds) = (&rendered.counters, rendered.seconds);
     let rays = c.geodesics as f64 / seconds.max(1e-9) / 1e6;
     let queries = c.queries as f64 / c.geodesics.max(1) as f64;
-    let state = if rendered.interrupted { "interrupted; " } else { "" };
+    let state = match rendered.ended {
+        Ended::Stopped(_) => "interrupted; ",
+        Ended::TimeOver => "time is over; ",
+        Ended::Complete | Ended::Underway => "",
+    };
     say!(
         "{state}{} and .png: {} spp in {seconds:.1} s ({rays:.2} Mray/s, {queries:.1} queries a ray), {:.1} s in all",
         path.display(),

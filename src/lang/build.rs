@@ -49,7 +49,7 @@ pub struct BuiltScene {
     pub intersector_name: String,
     /// The seed of the render.
     pub seed: u64,
-    /// A hash of the scene's text and that of all included files, as 16 hexadecimal digits.
+    /// A hash of all that the scene has read, texts, meshes, pictures and spectra: 64 hexadecimal digits.
     pub hash: String,
     /// What was loaded.
     pub load: LoadCounters,
@@ -106,7 +106,7 @@ pub fn build(
     overrides: &Overrides,
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
-    let hash = hash(sources);
+    sources.hash_texts();
     let camera_given = !description.cameras.is_empty();
     let mut settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
 
@@ -196,7 +196,7 @@ pub fn build(
             transport_name: settings.transport.name.value,
             intersector_name: intersector.value,
             seed,
-            hash,
+            hash: sources.scene_hash(),
             load: a.load,
             warnings: found,
         }),
@@ -313,13 +313,4 @@ fn in_order(found: &mut [Diagnostic]) {
         Some(label) => (0, label.span.file, label.span.start, d.severity == Severity::Warning),
         None => (1, 0, 0, d.severity == Severity::Warning),
     });
-}
-
-/// A hash of all texts, as 16 hexadecimal digits (FNV-1a, 64 bits).
-fn hash(sources: &SourceMap) -> String {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for byte in sources.iter().flat_map(|s| s.text.bytes()) {
-        hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-    }
-    format!("{hash:016x}")
 }

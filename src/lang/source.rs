@@ -32,6 +32,8 @@ pub struct SourceMap {
     sources: Vec<Source>,
     root: Option<Root>,
     inputs: Mutex<Inputs>,
+    /// The hash of what has been read, in the order of reading.
+    hasher: Mutex<blake3::Hasher>,
 }
 
 /// A file that the scene reads.
@@ -132,6 +134,23 @@ impl SourceMap {
         self.push_file(&full, bytes, Some(span))
     }
 
+    /// Adds the texts so far to the hash of the scene. Those of the command line come later: they are no part of it.
+    pub(crate) fn hash_texts(&self) {
+        self.sources.iter().for_each(|source| self.hash_content(source.text.as_bytes()));
+    }
+
+    /// A hash of the scene: of its texts, and then of the content of all other files that it has read, in the order of reading, as
+    /// hexadecimal digits (BLAKE3, 256 bits). Their names are no part of it.
+    pub(crate) fn scene_hash(&self) -> String {
+        self.hasher.lock().unwrap_or_else(PoisonError::into_inner).finalize().to_hex().to_string()
+    }
+
+    /// Adds the content of a file to the hash. Its length comes first: what two files hold cannot be shared out otherwise.
+    fn hash_content(&self, content: &[u8]) {
+        let mut hasher = self.hasher.lock().unwrap_or_else(PoisonError::into_inner);
+        hasher.update(&(content.len() as u64).to_le_bytes()).update(content);
+    }
+
     /// The text number `file`.
     pub fn get(&self, file: u16) -> Option<&Source> {
         self.sources.get(usize::from(file))
@@ -221,7 +240,9 @@ impl SourceMap {
 
 impl Files for SourceMap {
     fn read(&self, path: &str, span: Span) -> Result<Vec<u8>, String> {
-        self.content(&self.locate(path, span), Path::new(path), Some(span))
+        let content = self.content(&self.locate(path, span), Path::new(path), Some(span))?;
+        self.hash_content(&content);
+        Ok(content)
     }
 }
 

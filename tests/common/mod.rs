@@ -6,6 +6,7 @@
 pub mod examples;
 pub mod lights;
 pub mod physics;
+pub mod process;
 
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
 use bhs::registry::Registry;

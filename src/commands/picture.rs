@@ -1,0 +1,163 @@
+//! One picture of `bhs render`: from the first sample, or from a checkpoint, to its files.
+
+use super::outputs::Outputs;
+use crate::checkpoint::{CheckpointFile, Found, Identity};
+use crate::cli::RenderArgs;
+use crate::lang::BuiltScene;
+use crate::progress::Progress;
+use crate::render::{Ended, Job, Limits, RenderState};
+use crate::say;
+use crate::signals::Signals;
+use crate::stats::Phases;
+use anyhow::Result;
+use std::path::Path;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+/// Time after which the first checkpoint is written: soon, so that there is one to go on from.
+const FIRST: Duration = Duration::from_millis(300);
+/// How often it is asked whether a checkpoint is due.
+const POLL: Duration = Duration::from_millis(50);
+
+/// What a picture is rendered with.
+pub(super) struct Session<'s> {
+    pub args: &'s RenderArgs,
+    pub signals: &'s Signals,
+    pub pool: &'s rayon::ThreadPool,
+}
+
+impl Session<'_> {
+    /// The checkpoint of the picture `exr` of the current camera, if there is to be one.
+    fn checkpoint(&self, built: &BuiltScene, outputs: &Outputs) -> Option<CheckpointFile> {
+        let path = outputs.checkpoint()?;
+        Some(CheckpointFile::new(path.to_owned(), Identity::of(built), built.sampler.depends_on_count()))
+    }
+
+    /// Renders the picture of the current camera and writes its files. How it ended.
+    ///
+    /// # Errors
+    /// If a checkpoint cannot be resumed, or a file cannot be written.
+    pub fn render(&self, built: &BuiltScene, outputs: Outputs, phases: &mut Phases) -> Result<Ended> {
+        let Self { args, signals, pool } = *self;
+        let checkpoint = self.checkpoint(built, &outputs);
+        let most = built.sampler.samples_per_pixel();
+        let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
+        let new = || RenderState::new(Job::of(built));
+        let state = match checkpoint.as_ref().filter(|_| args.resume) {
+            None => new(),
+            Some(file) => {
+                let (state, found) = file.resume(new)?;
+                if self.is_finished(&state, &found, most) {
+                    phases.end("render");
+                    let rendered = state.rendered(Ended::Complete);
+                    // Whatever ended the program before may have come between the checkpoint and the pictures.
+                    if !outputs.hold(built, &rendered) {
+                        outputs.write(built, &rendered, phases, args.quiet)?;
+                    }
+                    return Ok(Ended::Complete);
+                }
+                state
+            }
+        };
+        let [x0, x1, y0, y1] = built.film.crop();
+        let progress = Progress::new(u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(most), args.quiet);
+        progress.skip(state.frame().samples());
+        let saver = Saver { state: &state, file: checkpoint.as_ref(), outputs: &outputs, built, session: self };
+        let ended = std::thread::scope(|scope| {
+            let (done, is_done) = mpsc::channel::<()>();
+            let saver = &saver;
+            scope.spawn(move || saver.run(&is_done));
+            let ended = pool.install(|| state.run(&limits, &progress, signals));
+            drop(done);
+            ended
+        });
+        progress.finish();
+        phases.end("render");
+        if !state.has_samples() {
+            if let Ended::Stopped(signal) = ended {
+                say!("stopped by {} before there was a sample: nothing is written", signal.name());
+            }
+            return Ok(ended);
+        }
+        // First what the render can go on from. The picture is written whether or not that succeeds.
+        let saved = checkpoint.as_ref().map_or(Ok(()), |file| file.save(&state));
+        phases.end("checkpoint");
+        outputs.write(built, &state.rendered(ended), phases, args.quiet)?;
+        saved.map(|()| ended)
+    }
+
+    /// Says what was found, and whether nothing is left to be rendered.
+    fn is_finished(&self, state: &RenderState, found: &Found, most: u32) -> bool {
+        let quiet = self.args.quiet;
+        let Found::File(path, warning) = found else {
+            if !quiet {
+                say!("there is no checkpoint yet: the render starts");
+            }
+            return false;
+        };
+        if let Some(warning) = warning {
+            say!("warning: {warning}");
+        }
+        let [samples, more] = state.frame().sample_counts();
+        if more > most {
+            say!("warning: some pixels have {more} samples in it, more than the {most} that are asked for, and keep them");
+        }
+        let finished = samples >= most;
+        if !quiet {
+            let shown = path.display();
+            match finished {
+                true => say!("`{shown}` is finished: every pixel has {samples} samples, and {most} are asked for"),
+                false => say!("going on from `{shown}`: every pixel has {samples} samples of {most}"),
+            }
+        }
+        finished
+    }
+}
+
+/// Saves a render while it goes on: at intervals, and when somebody asks for it.
+struct Saver<'s, 'a> {
+    state: &'s RenderState<'a>,
+    file: Option<&'s CheckpointFile>,
+    outputs: &'s Outputs,
+    built: &'s BuiltScene,
+    session: &'s Session<'s>,
+}
+
+impl Saver<'_, '_> {
+    /// Goes on until the other end of `done` is gone.
+    fn run(&self, done: &Receiver<()>) {
+        let args = self.session.args;
+        let saves = self.file.is_some() || args.write_partial;
+        let mut due = Instant::now() + FIRST.min(args.checkpoint_every);
+        while done.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
+            let asked = self.session.signals.take_save_request();
+            let is_due = saves && Instant::now() >= due;
+            if !(asked || is_due) {
+                continue;
+            }
+            if !self.state.pause_and_look() {
+                // Nothing yet: soon again.
+                due = Instant::now() + FIRST;
+                if asked && !args.quiet {
+                    say!("there is no sample yet: nothing is written");
+                }
+                continue;
+            }
+            if let Some(file) = self.file {
+                self.report(file.save(self.state), file.path());
+            }
+            if asked || args.write_partial {
+                let rendered = self.state.rendered(Ended::Underway);
+                self.report(self.outputs.write_partial(self.built, &rendered), self.outputs.exr_path());
+            }
+            due = Instant::now() + args.checkpoint_every;
+        }
+    }
+
+    /// A disk that is full now may have room later, and there is still the picture to be made.
+    fn report(&self, result: Result<()>, path: &Path) {
+        if let Err(error) = result {
+            say!("warning: {error:#}; `{}` is as it was, and the render goes on", path.display());
+        }
+    }
+}

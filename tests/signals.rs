@@ -1,0 +1,98 @@
+//! What a render leaves behind when it is told to stop.
+#![cfg(unix)]
+
+mod common;
+
+use common::process::{Folder, files};
+use std::time::{Duration, Instant};
+
+/// A small room that renders for about as many samples as are asked for.
+const SCENE: &str = r#"
+    Film "rgb" "integer xresolution" 48 "integer yresolution" 40 "string filename" "a.exr" "string layers" ["normal" "variance"]
+    Sampler "sobol" "integer pixelsamples" 16
+    LightTransport "path" "bool guiding" true
+    LookAt 0 1 -4  0 1 0  0 1 0
+    Camera "perspective" "float fov" 45
+    WorldBegin
+    LightSource "infinite" "rgb L" [0.7 0.8 1]
+    Shape "sphere" "float radius" 0.6
+    Rotate -90 1 0 0
+    Shape "disk" "float radius" 3
+"#;
+
+/// More samples than any test waits for.
+const ENDLESS: [&str; 4] = ["render", "scene.bhs", "--spp", "1000000000"];
+
+const SIGNALS: [(&str, i32); 3] = [("INT", 130), ("TERM", 143), ("HUP", 129)];
+
+#[test]
+fn a_signal_stops_a_render_which_writes_what_it_has() {
+    for (signal, code) in SIGNALS {
+        let folder = Folder::new(SCENE);
+        let mut child = folder.start(&[&ENDLESS[..], &["--checkpoint"]].concat());
+        child.wait_for(&folder.path("a.checkpoint"));
+        child.signal(signal);
+        assert_eq!(child.wait(), Some(code));
+        assert_eq!(folder.header("a.exr", "bhs:stopped"), format!("SIG{signal}"));
+        // Some pixels may have more samples than others.
+        let last: u32 = folder.header("a.exr", "bhs:lastSample").parse().expect("a number");
+        assert_eq!(files(&folder.path("")), ["a.checkpoint", "a.exr", "a.png", "a.previous.checkpoint", "scene.bhs"]);
+        // It goes on from there.
+        let more = (last + 10).to_string();
+        assert_eq!(folder.run(&["render", "scene.bhs", "--resume", "--spp", &more]).0, 0);
+        assert_eq!(folder.run(&["render", "scene.bhs", "-o", "whole.exr", "--spp", &more]).0, 0);
+        folder.assert_same("whole", "a");
+    }
+}
+
+#[test]
+fn a_signal_while_the_scene_loads_ends_at_once_and_writes_nothing() {
+    for (signal, code) in SIGNALS {
+        let folder = Folder::new(SCENE);
+        for old in ["a.exr", "a.png"] {
+            folder.write(old, "old");
+        }
+        let mut child = folder.start_loading(&["render", "-", "-o", "a.exr", "--checkpoint"]);
+        // The handlers are there before the scene is read: until then the signal itself ends the program.
+        let start = Instant::now();
+        while !child.handles(signal) {
+            assert!(start.elapsed() < Duration::from_secs(300), "it does not listen");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        child.signal(signal);
+        assert_eq!(child.wait(), Some(code), "{signal}");
+        assert_eq!(files(&folder.path("")), ["a.exr", "a.png", "scene.bhs"]);
+        assert!(["a.exr", "a.png"].iter().all(|old| std::fs::read(folder.path(old)).is_ok_and(|b| b == b"old")));
+    }
+}
+
+#[test]
+fn a_hangup_that_is_ignored_at_the_start_stays_ignored() {
+    let folder = Folder::new(SCENE);
+    let mut child = folder.start_without_hangup(&[&ENDLESS[..], &["--checkpoint", "--checkpoint-every", "0.1"]].concat());
+    child.wait_for(&folder.path("a.checkpoint"));
+    child.signal("HUP");
+    // It goes on, and saves what it does.
+    child.wait_for(&folder.path("a.previous.checkpoint"));
+    std::fs::remove_file(folder.path("a.previous.checkpoint")).expect("it was there");
+    child.wait_for(&folder.path("a.previous.checkpoint"));
+    assert!(!child.has_ended());
+    child.signal("TERM");
+    assert_eq!(child.wait(), Some(143));
+}
+
+#[test]
+fn a_user_signal_writes_what_there_is_and_the_render_goes_on() {
+    let folder = Folder::new(SCENE);
+    let mut child = folder.start(&[&ENDLESS[..], &["--checkpoint", "--checkpoint-every", "100000"]].concat());
+    child.wait_for(&folder.path("a.checkpoint"));
+    assert!(!folder.path("a.exr").exists());
+    child.signal("USR1");
+    child.wait_for(&folder.path("a.exr"));
+    child.wait_for(&folder.path("a.previous.checkpoint"));
+    assert_eq!(folder.header("a.exr", "bhs:stopped"), "underway");
+    assert!(!child.has_ended());
+    child.signal("TERM");
+    assert_eq!(child.wait(), Some(143));
+    assert_eq!(folder.header("a.exr", "bhs:stopped"), "SIGTERM");
+}
