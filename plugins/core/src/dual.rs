@@ -1,7 +1,8 @@
 //! Numbers that carry their gradient: exact derivatives of whatever is computed with them (forward automatic differentiation).
 
+use crate::real::Real;
 use glam::DVec3;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A number that depends on the place, with its gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,6 +133,81 @@ impl Neg for Dual {
     }
 }
 
+impl AddAssign for Dual {
+    #[inline]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl SubAssign for Dual {
+    #[inline]
+    fn sub_assign(&mut self, o: Self) {
+        *self = *self - o;
+    }
+}
+
+/// Comparisons are those of the values; numbers that go in and out have no gradient.
+impl Real for Dual {
+    type Mask = bool;
+    const COUNT: usize = 1;
+
+    #[inline]
+    fn splat(x: f64) -> Self {
+        Self::constant(x)
+    }
+
+    #[inline]
+    fn from_fn(mut number: impl FnMut(usize) -> f64) -> Self {
+        Self::constant(number(0))
+    }
+
+    #[inline]
+    fn lane(self, _: usize) -> f64 {
+        self.value
+    }
+
+    #[inline]
+    fn fma(self, b: Self, c: Self) -> Self {
+        self * b + c
+    }
+
+    #[inline]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+
+    #[inline]
+    fn abs(self) -> Self {
+        if self.value < 0.0 { -self } else { self }
+    }
+
+    #[inline]
+    fn min(self, o: Self) -> Self {
+        if o.value < self.value { o } else { self }
+    }
+
+    #[inline]
+    fn max(self, o: Self) -> Self {
+        if o.value > self.value { o } else { self }
+    }
+
+    #[inline]
+    fn lt(self, o: Self) -> bool {
+        self.value < o.value
+    }
+
+    #[inline]
+    fn le(self, o: Self) -> bool {
+        self.value <= o.value
+    }
+
+    #[inline]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+}
+
 macro_rules! with_numbers {
     ($($operator:ident $method:ident),*) => {$(
         impl $operator<f64> for Dual {
@@ -157,6 +233,21 @@ with_numbers!(Add add, Sub sub, Mul mul, Div div);
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn arithmetic_for_one_and_eight_yields_gradients() {
+        fn f<F: Real>(a: F, b: F) -> F {
+            let c = F::select(a.lt(b), a.fma(b, F::splat(0.3)), b - a).max(a.abs() * F::splat(0.1));
+            c.sqrt().min(F::splat(3.0) / b)
+        }
+        for (x, y) in [(0.4, 0.9), (0.9, 0.4), (-0.8, 1.3), (5.0, 7.0)] {
+            let [a, b, _] = Dual::variables(DVec3::new(x, y, 0.0));
+            let (found, h) = (f(a, b), 1e-6);
+            assert_eq!(found.value, f(x, y));
+            let slopes = [f(x + h, y) - f(x - h, y), f(x, y + h) - f(x, y - h)].map(|d| d / (2.0 * h));
+            assert!((found.gradient.x - slopes[0]).abs() < 1e-8 && (found.gradient.y - slopes[1]).abs() < 1e-8, "{x} {y}");
+        }
+    }
 
     #[test]
     fn gradients_agree_with_finite_differences() {

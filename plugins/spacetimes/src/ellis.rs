@@ -6,11 +6,12 @@
 //! | `throat` | float | required | scene | areal radius of the throat, under the current transform; it is drawn with half of it |
 
 use crate::Minkowski;
-use crate::number::{Number, from_center, one_and_eight, square};
+use crate::graded::{from_index_of, variables_of};
 use crate::placement::{Placement, center, in_range, length};
 use bhs_core::Plugin;
 use bhs_core::dual::Dual;
 use bhs_core::params::Params;
+use bhs_core::real::{Real, Vector};
 use bhs_core::spacetime::{Ball, Class, Fields, GradedIndex, Metric, Place, Spacetime, Stationary, Stretch, Throat};
 use glam::DVec3;
 use std::sync::Arc;
@@ -42,14 +43,14 @@ pub struct Ellis {
 impl Ellis {
     /// `n^2` and half its gradient, with `n = 1 + b0^2 / (4 rho^2)`.
     #[inline(always)]
-    fn index_of<F: Number>(&self, x: [F; 3]) -> (F, [F; 3]) {
-        let x = from_center(x, self.center);
-        let over = F::splat(1.0) / square(x);
+    fn index_of<F: Real>(&self, x: Vector<F>) -> (F, Vector<F>) {
+        let x = x - Vector::all(self.center);
+        let over = F::splat(1.0) / x.length_squared();
         let excess = over * F::splat(0.25 * self.throat * self.throat);
         let n = F::splat(1.0) + excess;
         // n dn/drho / rho
         let slope = -(n + n) * excess * over;
-        (n * n, x.map(|x| x * slope))
+        (n * n, x * slope)
     }
 }
 
@@ -82,7 +83,7 @@ impl Spacetime for Ellis {
 }
 
 impl GradedIndex for Ellis {
-    one_and_eight!();
+    from_index_of!();
 
     fn throat(&self) -> Option<Throat> {
         Some(Throat { center: self.center, radius: 0.5 * self.throat })
@@ -91,6 +92,6 @@ impl GradedIndex for Ellis {
 
 impl Metric for Ellis {
     fn fields(&self, x: [Dual; 3]) -> Fields {
-        Fields::isotropic(Dual::constant(1.0), self.index_of(x).0)
+        Fields::isotropic(Dual::constant(1.0), self.index_of(variables_of(x)).0)
     }
 }

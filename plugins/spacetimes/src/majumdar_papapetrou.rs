@@ -7,11 +7,12 @@
 //! | `masses` | float | required | scene | `G M / c^2` of each, under the current transform |
 
 use crate::Minkowski;
-use crate::number::{Number, from_center, one_and_eight, square};
+use crate::graded::{from_index_of, variables_of};
 use crate::placement::{Placement, in_range, is_length};
 use bhs_core::Plugin;
 use bhs_core::dual::Dual;
 use bhs_core::params::{Params, Point3};
+use bhs_core::real::{Real, Vector};
 use bhs_core::spacetime::{Ball, Class, Fields, GradedIndex, Metric, Place, Side, Spacetime, Stationary, Stretch};
 use glam::DVec3;
 use std::sync::Arc;
@@ -87,29 +88,25 @@ impl MajumdarPapapetrou {
 
     /// `U` and its gradient.
     #[inline(always)]
-    fn potential<F: Number>(&self, x: [F; 3]) -> (F, [F; 3]) {
+    fn potential<F: Real>(&self, x: Vector<F>) -> (F, Vector<F>) {
         let mut u = F::splat(1.0);
-        let mut gradient = [F::splat(0.0); 3];
+        let mut gradient = Vector::all(DVec3::ZERO);
         for hole in self.holes.iter() {
-            let x = from_center(x, hole.center);
-            let over = F::splat(1.0) / square(x);
+            let x = x - Vector::all(hole.center);
+            let over = F::splat(1.0) / x.length_squared();
             let share = F::splat(hole.mass) * over.sqrt();
-            u = u + share;
-            let slope = -share * over;
-            for i in 0..3 {
-                gradient[i] = x[i].fma(slope, gradient[i]);
-            }
+            u += share;
+            gradient = gradient.plus(x, -share * over);
         }
         (u, gradient)
     }
 
     /// `n^2 = U^4` and half its gradient, `2 U^3 grad U`.
     #[inline(always)]
-    fn index_of<F: Number>(&self, x: [F; 3]) -> (F, [F; 3]) {
+    fn index_of<F: Real>(&self, x: Vector<F>) -> (F, Vector<F>) {
         let (u, gradient) = self.potential(x);
         let square = u * u;
-        let slope = (u + u) * square;
-        (square * square, gradient.map(|g| g * slope))
+        (square * square, gradient * ((u + u) * square))
     }
 }
 
@@ -137,7 +134,7 @@ fn capture_radius(holes: &[Hole], i: usize) -> f64 {
 
 impl Spacetime for MajumdarPapapetrou {
     fn at(&self, place: Place) -> Option<Stationary> {
-        let (u, _) = self.potential(place.x.to_array());
+        let (u, _) = self.potential::<f64>(place.x.into());
         let lapse = 1.0 / u;
         (place.side == Side::Near && u.is_finite() && lapse > 0.0).then_some(Stationary {
             lapse,
@@ -165,12 +162,12 @@ impl Spacetime for MajumdarPapapetrou {
 }
 
 impl GradedIndex for MajumdarPapapetrou {
-    one_and_eight!();
+    from_index_of!();
 }
 
 impl Metric for MajumdarPapapetrou {
     fn fields(&self, x: [Dual; 3]) -> Fields {
-        let (u, _) = self.potential(x);
+        let (u, _) = self.potential(variables_of(x));
         let square = u * u;
         Fields::isotropic(square.recip(), square)
     }

@@ -35,6 +35,12 @@ impl Placement {
     pub fn length(&self, x: f64) -> f64 {
         self.scale * x
     }
+
+    /// The world direction of the axis `v` of a rotation (unit length); `None` for no direction. A mirrored rotation turns the other way.
+    pub fn axis(&self, v: DVec3) -> Option<DVec3> {
+        let sense = self.transform.matrix3.determinant().signum();
+        Some(self.transform.transform_vector3(v.try_normalize()?).try_normalize()? * sense)
+    }
 }
 
 /// The factor by which a transform scales all lengths, if it is the same in all directions.

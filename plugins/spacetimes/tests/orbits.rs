@@ -124,6 +124,58 @@ fn wormholes_sweep_as_published() {
     }
 }
 
+#[test]
+fn long_wormholes_sweep_as_published() {
+    // The areal quadratures, in units of the throat: 30 digits, then by the quadrature of these tests.
+    for (throat, length, width, share, right) in
+        [(1.0, 1.0, 0.1, 0.5, Some(1.8391092507240994)), (2.0, 0.0, 0.5, 0.7, None), (0.3, 0.9, 0.002, 0.95, None)]
+    {
+        let dneg = build("dneg", &[("float throat", &[throat]), ("float length", &[length]), ("float lensingwidth", &[width])]);
+        let h = share * throat;
+        let m = width / 1.42953;
+        let areal = |x: f64| throat + m * (x * x.atan() - 0.5 * (x * x).ln_1p());
+        let beyond = integral_from(0.0, |x| {
+            let sine = h / areal(x);
+            m * PI * sine / (areal(x) * (1.0 - sine * sine).sqrt())
+        });
+        let expected = length * share / (throat * (1.0 - share * share).sqrt()) + beyond;
+        near(through(dneg.as_ref(), h), expected, 1e-10, "dneg, areal");
+        if let Some(right) = right {
+            near(expected, right, 1e-12, "areal");
+            near(through(dneg.as_ref(), h), right, 1e-10, "dneg");
+        }
+    }
+}
+
+#[test]
+fn light_that_turns_before_a_long_wormhole_sweeps_as_in_the_areal_radius() {
+    let dneg = build("dneg", &[("float throat", &[1.0]), ("float length", &[1.0]), ("float lensingwidth", &[0.1])]);
+    let m = 0.1 / 1.42953;
+    let areal = |x: f64| 1.0 + m * (x * x.atan() - 0.5 * (x * x).ln_1p());
+    for b in [1.02, 1.5, 6.0] {
+        // r = b / cos psi: the angle is the integral of 1 / (dr/dl).
+        let excess = |_: f64, _: f64, from_end: f64| {
+            let wanted = b / from_end.sin();
+            let (mut low, mut high) = (0.0, 2.0 * wanted / m);
+            if wanted > 1e9 {
+                return 0.0;
+            }
+            for _ in 0..200 {
+                let x = 0.5 * (low + high);
+                if areal(x) < wanted {
+                    low = x;
+                } else {
+                    high = x;
+                }
+            }
+            FRAC_PI_2 / (0.5 * (low + high)).atan() - 1.0
+        };
+        let expected = 2.0 * integral(0.0, FRAC_PI_2, excess);
+        let found = deflection(dneg.as_ref(), index_of(dneg.as_ref()).unwrap().breaks()[1], b);
+        near(found, expected, 1e-8, "dneg");
+    }
+}
+
 /// Whether light at `x` with the direction `d` comes ever nearer to hole `i` until it is deep within: Runge and Kutta's fourth order, small steps.
 fn falls(spacetime: &MajumdarPapapetrou, i: usize, x: DVec3, d: DVec3) -> bool {
     use bhs_core::spacetime::GradedIndex;

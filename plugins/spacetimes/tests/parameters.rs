@@ -34,6 +34,16 @@ fn bad_parameters_are_told() {
         ("majumdar-papapetrou", &holes(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], &[1.0, -1.0]), "`masses` is negative"),
         ("majumdar-papapetrou", &holes(&[1.0, 2.0, 3.0, 1.0, 2.0, 3.0], &[1.0, 1.0]), "two holes coincide"),
         ("ellis", &[("float throat", &[-0.1])], "`throat` is negative"),
+        ("dneg", &[("float throat", &[1.0]), ("float length", &[-1.0]), ("float lensingwidth", &[0.1])], "`length` is negative"),
+        ("dneg", &[("float throat", &[1.0]), ("float lensingwidth", &[0.0])], "`lensingwidth` is 0"),
+        ("dneg", &[("float throat", &[1.0]), ("float lensingwidth", &[1e-9])], "`lensingwidth` is out of range"),
+        ("dneg", &[("float throat", &[1.0]), ("float lensingwidth", &[1e4])], "`lensingwidth` is out of range"),
+        (
+            "dneg",
+            &[("float throat", &[1.0]), ("float length", &[100.0]), ("float lensingwidth", &[0.1])],
+            "`length` is out of range",
+        ),
+        ("dneg", &[("float throat", &[1.0])], "`dneg` needs the parameter `lensingwidth`"),
     ];
     for (name, params, message) in cases {
         assert_eq!(wrong(DAffine3::IDENTITY, name, params), [*message], "{name} {params:?}");
@@ -47,6 +57,7 @@ fn stretched_spacetimes_are_refused() {
         ("schwarzschild", &[("float rs", &[1.0])]),
         ("majumdar-papapetrou", &[("point3 centers", &[0.0; 3]), ("float masses", &[1.0])]),
         ("ellis", &[("float throat", &[1.0])]),
+        ("dneg", &[("float throat", &[1.0]), ("float lensingwidth", &[0.1])]),
     ];
     for (name, params) in cases {
         assert_eq!(wrong(stretched, name, params), [format!("the current transform stretches `{name}`")]);
@@ -89,13 +100,14 @@ fn without_mass_space_is_flat() {
         ("majumdar-papapetrou", &[("point3 centers", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), ("float masses", &[0.0, 0.0])]),
         ("majumdar-papapetrou", &[("point3 centers", &[]), ("float masses", &[])]),
         ("ellis", &[("float throat", &[0.0])]),
+        ("dneg", &[("float throat", &[0.0]), ("float length", &[1.0]), ("float lensingwidth", &[0.1])]),
     ];
     for (name, params) in cases {
         let flat = build(name, params);
         assert!(matches!(flat.class(), Class::Flat), "{name}");
         assert!(flat.captures().is_empty() && flat.at(Place::near(DVec3::ZERO)).is_some(), "{name}");
         // Of a wormhole two sides remain.
-        assert_eq!(flat.at(Place { x: DVec3::X, side: Side::Far }).is_some(), *name == "ellis");
+        assert_eq!(flat.at(Place { x: DVec3::X, side: Side::Far }).is_some(), ["ellis", "dneg"].contains(name));
     }
     // Holes without mass beside others do nothing.
     let two = build("majumdar-papapetrou", &[("point3 centers", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), ("float masses", &[0.0, 1.0])]);

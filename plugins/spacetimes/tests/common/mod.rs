@@ -75,6 +75,17 @@ pub fn one_of_each() -> Vec<(&'static str, Box<dyn Spacetime>)> {
             &[("point3 centers", &[0.0, 0.1, 0.4, 0.2, 0.0, -0.5, -0.9, 0.0, 0.0]), ("float masses", &[0.5, 0.2, 0.3])],
         ),
         ("ellis", &[center, ("float throat", &[0.9])]),
+        (
+            "kerr",
+            &[
+                center,
+                ("float rs", &[0.8]),
+                ("float spin", &[0.7]),
+                ("float charge", &[0.3]),
+                ("vector3 axis", &[1.0, 2.0, -0.5]),
+            ],
+        ),
+        ("dneg", &[center, ("float throat", &[0.9]), ("float length", &[0.6]), ("float lensingwidth", &[0.2])]),
     ];
     kinds.iter().map(|(name, params)| (*name, build(name, params))).collect()
 }
