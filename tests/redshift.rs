@@ -90,7 +90,7 @@ fn a_black_body_around_the_hole_is_one_of_another_temperature() {
                 let edge = shadow_sine(camera).asin();
                 let edge = if camera < 1.5 { std::f64::consts::PI - edge } else { edge };
                 let angle = (-direction.z).acos();
-                // rk4 with steps of 0.1 rad strays near the critical ray (PHYSICS: up to 6e-3).
+                // rk4 with steps of 0.1 rad strays near the critical ray (`docs/accuracy.md`, orbits near critical).
                 if (angle - edge).abs() < 6e-3 {
                     near_edge += 1;
                     continue;

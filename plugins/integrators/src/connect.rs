@@ -2,7 +2,7 @@
 //!
 //! Seen from the hole, x and y are an angle theta apart. The geodesics between them lie in one plane with the centre and are
 //! numbered by the angle that they sweep: theta (image 0, the direct one), 2 pi - theta (1, round the other side),
-//! 2 pi + theta (2), 4 pi - theta (3), ... There is exactly one of each (PHYSICS.md section 6), wherever outside the horizon
+//! 2 pi + theta (2), 4 pi - theta (3), ... There is exactly one of each (`docs/physics.md`, section 10), wherever outside the horizon
 //! x and y are. `connect_solve` finds it in the plane; here are directions in space, and the spread
 //!
 //! `dA_perpendicular(y) / domega(x) = r2^3 |du2/dalpha| sin(beta) |sin(Phi)| / sin(alpha)`     [chart, scene units^2/sr]

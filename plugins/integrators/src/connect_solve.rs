@@ -1,6 +1,6 @@
 //! The orbit that joins two radii across a given angle, in units of the Schwarzschild radius.
 //!
-//! With U = rs/r, V = dU/dphi and C = (rs/b)^2 every orbit is `V^2 = C - U^2 + U^3` (PHYSICS.md section 2), an elliptic curve,
+//! With U = rs/r, V = dU/dphi and C = (rs/b)^2 every orbit is `V^2 = C - U^2 + U^3` (`docs/physics.md`, section 3), an elliptic curve,
 //! and going on by an angle is adding a point to (U, V) on it (Weierstrass; Biermann 1865; Silverman, "The Arithmetic of
 //! Elliptic Curves", III.2). The point to add is (1/y, -y'/y^2), where y(phi) = r/rs of the orbit that starts at r = 0:
 //!

@@ -55,7 +55,7 @@ impl Inverse {
         let raised = apply(&self.space, p);
         let mut sum = self.tt;
         for i in 0..3 {
-            sum = sum + p[i] * (raised[i] - 2.0 * self.t[i]);
+            sum += p[i] * (raised[i] - 2.0 * self.t[i]);
         }
         sum
     }

@@ -167,8 +167,8 @@ mod tests {
     fn radii_are_as_published() {
         let profile = Profile::new(0.5, 0.1).unwrap();
         // 30 digits by another quadrature.
-        assert!((profile.throat() - 0.472889457727289394).abs() < 1e-15, "{}", profile.throat());
-        assert!((profile.chart_radius(3.0) - 3.132858478417709655).abs() < 2e-15, "{}", profile.chart_radius(3.0));
+        assert!((profile.throat() - 0.472_889_457_727_289_4).abs() < 1e-15, "{}", profile.throat());
+        assert!((profile.chart_radius(3.0) - 3.132_858_478_417_709_6).abs() < 2e-15, "{}", profile.chart_radius(3.0));
         assert!((profile.chart_radius(0.5) / profile.cylinder_end() - 1.0).abs() < 1e-15);
         // The width is where the wall leans by 45 degrees: dr/dl by finite differences.
         let l = |x: f64| FRAC_PI_2 * profile.m() * x;
