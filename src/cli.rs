@@ -16,6 +16,9 @@ pub struct Cli {
     /// Colours in what is said about a scene
     #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t)]
     pub color: Color,
+    /// Folder that nothing leads out of that a scene reads or writes; files that the command line names may lie elsewhere
+    #[arg(long, global = true, value_name = "FOLDER")]
+    pub root: Option<PathBuf>,
 }
 
 /// When what is said has colours.
@@ -104,7 +107,7 @@ pub struct SceneArgs {
 pub struct RenderArgs {
     /// The scene; `-` reads standard input
     pub scene: PathBuf,
-    /// EXR file to write; the PNG stands beside it
+    /// EXR file to write, in place of the scene's `filename`; the PNG stands beside it
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: Option<PathBuf>,
     /// Samples per pixel; at most, with --time
@@ -152,9 +155,12 @@ pub struct RenderArgs {
     /// Write every layer as FILE.NAME.png too, for people to look at
     #[arg(long)]
     pub false_color: bool,
-    /// A preview: small and with few samples
+    /// A preview: small and with few samples, as NAME.quick.exr unless -o names it
     #[arg(long)]
     pub quick: bool,
+    /// Replace no file: end before rendering if one of the outputs is there
+    #[arg(long)]
+    pub no_overwrite: bool,
     /// No progress bar and no closing words
     #[arg(long)]
     pub quiet: bool,

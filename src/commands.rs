@@ -1,23 +1,26 @@
 //! What the program's commands do.
 
-use crate::cli::{BenchArgs, SceneArgs, TraceArgs};
+use crate::cli::{Cli, SceneArgs, TraceArgs};
+use crate::files::{self, Root};
 use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Overrides, SourceMap};
-use crate::output::OutputFile;
+use crate::output::{OutputFile, Plan};
 use crate::registry::Registry;
 use crate::signals::StopSignal;
 use crate::{message, plugins_table, report, say};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use bhs_core::diagnostics::Diagnostic;
-use serde_json::json;
 use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+mod bench;
 mod outputs;
 mod picture;
 mod render;
 
+pub use bench::bench;
+use outputs::{Naming, Outputs};
 pub use render::render;
 
 /// How the program ends.
@@ -59,19 +62,61 @@ pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error.chain().filter_map(|e| e.downcast_ref::<std::io::Error>()).any(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
 }
 
+/// What all commands are told.
+#[derive(Clone, Debug, Default)]
+pub struct Common {
+    /// Whether standard error has colours.
+    pub color: bool,
+    /// What confines the files of a scene.
+    pub root: Option<Root>,
+}
+
+impl Common {
+    /// As the command line says.
+    ///
+    /// # Errors
+    /// If there is no such folder as the root.
+    pub fn of(cli: &Cli) -> Result<Self> {
+        Ok(Self { color: cli.color.on_standard_error(), root: cli.root.as_deref().map(Root::new).transpose()? })
+    }
+
+    /// No texts yet.
+    fn sources(&self) -> SourceMap {
+        SourceMap::confined_to(self.root.clone())
+    }
+
+    /// Opens a file, not a scene, that the command line names.
+    fn open(&self, path: &Path) -> Result<std::fs::File> {
+        let opened = self.root.as_ref().map_or(Ok(()), |root| root.admit_named(path)).and_then(|()| files::open(path));
+        opened.map(|(file, _)| file).map_err(|why| {
+            let help = files::pipe_help(path).map(|help| format!("; {help}")).unwrap_or_default();
+            anyhow!("cannot read `{}`: {why}{help}", path.display())
+        })
+    }
+}
+
 /// Loads a scene and says on standard error what is wrong with it. `None` if it cannot be built.
-fn load(scene: &Path, overrides: &Overrides, color: bool) -> Option<BuiltScene> {
-    let mut sources = SourceMap::new();
+fn load(scene: &Path, overrides: &Overrides, common: &Common) -> Option<(BuiltScene, SourceMap)> {
+    let mut sources = common.sources();
     match lang::load(scene, &Registry::builtin(), overrides, &mut sources) {
         Ok(built) => {
-            show(&built.warnings, &sources, color);
-            Some(built)
+            show(&built.warnings, &sources, common.color);
+            Some((built, sources))
         }
         Err(found) => {
-            show(&found, &sources, color);
+            show(&found, &sources, common.color);
             None
         }
     }
+}
+
+/// Writes to standard output. What is left in its buffer would be lost without a word.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write to standard output")
 }
 
 fn show(found: &[Diagnostic], sources: &SourceMap, color: bool) {
@@ -84,24 +129,31 @@ fn overrides(args: &SceneArgs) -> Overrides {
     Overrides { integrator: args.integrator.clone(), seed: args.seed, ..Default::default() }
 }
 
-/// `bhs check`
+/// `bhs check`: all that `render` would refuse without flags.
 ///
 /// # Errors
 /// If standard output is closed.
-pub fn check(scene: &Path, as_json: bool, color: bool) -> Result<ExitStatus> {
-    if !as_json {
-        let Some(_) = load(scene, &Overrides::default(), color) else { return Ok(ExitStatus::Fault) };
-        say!("{}: no errors", scene.display());
-        return Ok(ExitStatus::Done);
-    }
-    let mut sources = SourceMap::new();
+pub fn check(scene: &Path, as_json: bool, common: &Common) -> Result<ExitStatus> {
+    let mut sources = common.sources();
     let (found, status) = match lang::load(scene, &Registry::builtin(), &Overrides::default(), &mut sources) {
-        Ok(built) => (built.warnings, ExitStatus::Done),
+        Ok(built) => {
+            let mut plan = Plan::new(&sources);
+            Outputs::plan(&Naming::without_flags(scene), &built, &mut plan);
+            match plan.finish() {
+                Ok(()) => (built.warnings, ExitStatus::Done),
+                Err(found) => ([built.warnings, found].concat(), ExitStatus::Fault),
+            }
+        }
         Err(found) => (found, ExitStatus::Fault),
     };
-    let mut out = std::io::stdout().lock();
-    for diagnostic in &found {
-        writeln!(out, "{}", report::to_json(diagnostic, &sources))?;
+    if as_json {
+        let lines: String = found.iter().map(|diagnostic| format!("{}\n", report::to_json(diagnostic, &sources))).collect();
+        print(&lines)?;
+        return Ok(status);
+    }
+    show(&found, &sources, common.color);
+    if status == ExitStatus::Done {
+        say!("{}: no errors", scene.display());
     }
     Ok(status)
 }
@@ -110,19 +162,19 @@ pub fn check(scene: &Path, as_json: bool, color: bool) -> Result<ExitStatus> {
 ///
 /// # Errors
 /// If the scene cannot be written.
-pub fn format(scene: &Path, write: bool, color: bool) -> Result<ExitStatus> {
+pub fn format(scene: &Path, write: bool, common: &Common) -> Result<ExitStatus> {
     if write && scene == Path::new("-") {
         say!("error: --write writes a file, and the scene comes from standard input");
         return Ok(ExitStatus::CommandLine);
     }
-    let mut sources = SourceMap::new();
+    let mut sources = common.sources();
     let formatted = sources.open(scene).map_err(|d| vec![*d]).and_then(|file| {
         let text = sources.get(file).map_or("", |s| &*s.text);
         lang::format(text, file)
     });
     match formatted {
         Err(found) => {
-            show(&found, &sources, color);
+            show(&found, &sources, common.color);
             Ok(ExitStatus::Fault)
         }
         Ok(text) if write => {
@@ -130,7 +182,7 @@ pub fn format(scene: &Path, write: bool, color: bool) -> Result<ExitStatus> {
             Ok(ExitStatus::Done)
         }
         Ok(text) => {
-            std::io::stdout().write_all(text.as_bytes())?;
+            print(&text)?;
             Ok(ExitStatus::Done)
         }
     }
@@ -148,7 +200,7 @@ pub fn plugins(kind: Option<&str>, name: Option<&str>, as_json: bool) -> Result<
     };
     match made {
         Ok(text) => {
-            std::io::stdout().write_all(text.as_bytes())?;
+            print(&text)?;
             Ok(ExitStatus::Done)
         }
         Err(unknown) => {
@@ -162,7 +214,7 @@ pub fn plugins(kind: Option<&str>, name: Option<&str>, as_json: bool) -> Result<
 ///
 /// # Errors
 /// If the rays cannot be read.
-pub fn trace(args: &TraceArgs, color: bool) -> Result<ExitStatus> {
+pub fn trace(args: &TraceArgs, common: &Common) -> Result<ExitStatus> {
     // One of the two is given: the command line sees to it.
     let Some(input) = args.rays.as_ref().or(args.connect.as_ref()) else { return Ok(ExitStatus::CommandLine) };
     if input == Path::new("-") && args.scene == Path::new("-") {
@@ -173,7 +225,7 @@ pub fn trace(args: &TraceArgs, color: bool) -> Result<ExitStatus> {
         return Ok(ExitStatus::CommandLine);
     }
     let overrides = Overrides { without_camera: true, ..overrides(&args.scene_args) };
-    let Some(built) = load(&args.scene, &overrides, color) else { return Ok(ExitStatus::Fault) };
+    let Some((built, _)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     let mut answer = |lines: &mut dyn std::io::BufRead| match args.connect {
         Some(_) => crate::trace::connect(&built.scene, lines, &mut out),
@@ -183,67 +235,7 @@ pub fn trace(args: &TraceArgs, color: bool) -> Result<ExitStatus> {
         answer(&mut std::io::stdin().lock()).context("standard input")?;
     } else {
         let name = input.display();
-        let file = std::fs::File::open(input).with_context(|| format!("cannot read `{name}`"))?;
-        answer(&mut BufReader::new(file)).with_context(|| format!("`{name}`"))?;
-    }
-    Ok(ExitStatus::Done)
-}
-
-/// `bhs bench`
-///
-/// # Errors
-/// If the scene cannot be measured or a file cannot be written.
-pub fn bench(args: &BenchArgs, color: bool) -> Result<ExitStatus> {
-    if args.scene == Path::new("-") {
-        // It is read several times.
-        say!("error: `bhs bench` needs a file");
-        return Ok(ExitStatus::CommandLine);
-    }
-    // Integrators at the scene's own resolution, which sets what they need not tell apart.
-    let Some(built) = load(&args.scene, &Overrides::default(), color) else { return Ok(ExitStatus::Fault) };
-    if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder `{}`", folder.display()))?;
-    }
-    let hash = built.hash.clone();
-    let wanted = |what: &str| args.only.as_deref().is_none_or(|only| only == what);
-    let mut measured = Vec::new();
-    if wanted("integrators") {
-        measured.extend(crate::bench::integrators::measure(&built, args.rays as usize, args.rounds));
-    }
-    if wanted("transports") {
-        // The pictures' own resolution sets what rays need not tell apart; all of them share one scene.
-        drop(built);
-        let overrides = Overrides { resolution: Some(args.resolution), ..Default::default() };
-        let Some(small) = load(&args.scene, &overrides, color) else { return Ok(ExitStatus::Fault) };
-        let registry = Registry::builtin();
-        let make = |overrides: &Overrides| {
-            let mut sources = SourceMap::new();
-            lang::load_method(&args.scene, &registry, overrides, &mut sources)
-                .map_err(|found| anyhow::anyhow!("{}", report::render(&found, &sources, color)))
-        };
-        measured.push(crate::bench::transports::measure(small, make, args.rounds)?);
-    }
-    let mut out = std::io::stdout().lock();
-    if args.json {
-        let tables: serde_json::Map<_, _> =
-            measured.iter().flat_map(|m| m.tables()).map(|(name, table)| (name, table.to_json())).collect();
-        writeln!(out, "{}", serde_json::to_string_pretty(&json!({ "scene": hash, "tables": tables }))?)?;
-    } else {
-        for m in &measured {
-            writeln!(out, "{}\n\n{}", m.chart.title, m.table.to_markdown())?;
-            if let Some(summary) = &m.summary {
-                writeln!(out, "{}, {}\n\n{}", m.name.replace('_', " "), summary.title, summary.table.to_markdown())?;
-            }
-        }
-    }
-    if let Some(folder) = &args.output {
-        for m in &measured {
-            let tables = m.tables().map(|(name, table)| (format!("{name}.csv"), table.to_csv()));
-            for (name, text) in tables.chain([(format!("{}.svg", m.name), m.chart.to_svg())]) {
-                let file = OutputFile::reserve(&folder.join(name))?;
-                file.finish(|to| Ok(to.write_all(text.as_bytes())?))?;
-            }
-        }
+        answer(&mut BufReader::new(common.open(input)?)).with_context(|| format!("`{name}`"))?;
     }
     Ok(ExitStatus::Done)
 }
@@ -252,13 +244,12 @@ pub fn bench(args: &BenchArgs, color: bool) -> Result<ExitStatus> {
 ///
 /// # Errors
 /// If a file cannot be read, or the pictures cannot be compared.
-pub fn compare(a: &Path, b: &Path, as_json: bool) -> Result<ExitStatus> {
-    let comparison = crate::compare::compare(&Picture::read_exr(a)?, &Picture::read_exr(b)?)?;
-    let mut out = std::io::stdout().lock();
-    if as_json {
-        writeln!(out, "{}", serde_json::to_string_pretty(&comparison.to_json())?)?;
-    } else {
-        write!(out, "{comparison}")?;
+pub fn compare(a: &Path, b: &Path, as_json: bool, common: &Common) -> Result<ExitStatus> {
+    for path in [a, b] {
+        common.open(path)?;
     }
+    let comparison = crate::compare::compare(&Picture::read_exr(a)?, &Picture::read_exr(b)?)?;
+    let text = if as_json { serde_json::to_string_pretty(&comparison.to_json())? + "\n" } else { comparison.to_string() };
+    print(&text)?;
     Ok(ExitStatus::Done)
 }

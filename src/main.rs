@@ -1,32 +1,44 @@
 //! The program `bhs`: reads the command line, does what it says, exits with the right code.
 
+use anyhow::{Context, Result};
 use bhs::cli::{Cli, Command};
-use bhs::commands::{self, ExitStatus};
-use bhs::say;
+use bhs::commands::{self, Common, ExitStatus};
 use bhs::signals::Signals;
+use bhs::{message, output, say};
 use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    output::ignore_file_size_signal();
+    message::report_panics();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => {
-            // Help and version are no errors, whatever clap calls them.
-            let status = if error.use_stderr() { ExitStatus::CommandLine } else { ExitStatus::Done };
+        Err(error) if error.use_stderr() => {
+            // Without anybody to read it, it is lost, and the exit code remains.
             let _ = error.print();
-            return status.into();
+            return ExitStatus::CommandLine.into();
         }
+        // Help and version are no errors, whatever clap calls them.
+        Err(text) => return status(text.print().map(|()| ExitStatus::Done).context("cannot write to standard output")),
     };
-    let color = cli.color.on_standard_error();
-    let result = match &cli.command {
-        Command::Render(args) => commands::render(args, color, &Signals::listen()),
-        Command::Check { scene, json } => commands::check(scene, *json, color),
-        Command::Format { scene, write } => commands::format(scene, *write, color),
+    status(run(&cli))
+}
+
+fn run(cli: &Cli) -> Result<ExitStatus> {
+    let common = &Common::of(cli)?;
+    match &cli.command {
+        Command::Render(args) => commands::render(args, common, &Signals::listen()),
+        Command::Check { scene, json } => commands::check(scene, *json, common),
+        Command::Format { scene, write } => commands::format(scene, *write, common),
         Command::Plugins { kind, name, json } => commands::plugins(kind.as_deref(), name.as_deref(), *json),
-        Command::Trace(args) => commands::trace(args, color),
-        Command::Bench(args) => commands::bench(args, color),
-        Command::Compare { a, b, json } => commands::compare(a, b, *json),
-    };
+        Command::Trace(args) => commands::trace(args, common),
+        Command::Bench(args) => commands::bench(args, common),
+        Command::Compare { a, b, json } => commands::compare(a, b, *json, common),
+    }
+}
+
+/// The exit code; says what went wrong.
+fn status(result: Result<ExitStatus>) -> ExitCode {
     match result {
         Ok(status) => status.into(),
         Err(error) if commands::is_closed_pipe(&error) => ExitStatus::Done.into(),

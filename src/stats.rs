@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
 /// Seconds by phase, in the order of the phases: on the wall's clock, and of the processors.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Phases {
     start: Instant,
     last: Instant,
@@ -15,7 +15,7 @@ pub struct Phases {
 }
 
 /// What a phase took.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Phase {
     name: &'static str,
     wall: Duration,

@@ -133,6 +133,12 @@ fn faulty_scenes_say_what_is_wrong() {
 
 /// Kinds of findings that no faulty scene of the folder shows, and why.
 const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
+    ("cannot-write", "of outputs, which are looked at when the scene is built: tests/outputs.rs"),
+    ("output-is-input", "likewise"),
+    ("output-not-exr", "likewise"),
+    ("outputs-coincide", "likewise"),
+    ("outside-root", "likewise: tests/confined.rs"),
+    ("would-overwrite", "likewise"),
     ("attribute-depth", "a scene of a thousand lines: src/lang/tests.rs"),
     ("file-too-large", "takes 4 GiB"),
     ("include-depth", "takes 65 files: src/lang/tests.rs"),

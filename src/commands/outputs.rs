@@ -1,17 +1,84 @@
 //! The files of a picture: their names, and how they are written.
 
 use super::render::{closing_words, provenance, stats_json};
+use crate::checkpoint::previous;
 use crate::cli::RenderArgs;
 use crate::false_color::{self, FalseColor};
-use crate::image::{self, Picture};
+use crate::files::FileId;
+use crate::film::LayerPicture;
+use crate::image::{self, Attribute, Picture};
 use crate::lang::BuiltScene;
-use crate::output::OutputFile;
+use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue, Writer};
 use crate::render::Rendered;
 use crate::say;
 use crate::stats::Phases;
-use anyhow::{Result, bail};
+use anyhow::Result;
+use bhs_core::diagnostics::Diagnostic;
+use bhs_core::layer::Layer;
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What the names of a scene's outputs are made from.
+pub(super) struct Naming<'a> {
+    /// The scene; `-` is standard input.
+    scene: &'a Path,
+    /// The EXR file and the stats that the command line names.
+    output: Option<&'a Path>,
+    stats: Option<&'a Path>,
+    quick: bool,
+    false_color: bool,
+    no_overwrite: bool,
+    /// Knows whether there is to be a checkpoint, and where.
+    args: Option<&'a RenderArgs>,
+}
+
+impl<'a> Naming<'a> {
+    /// As the command line says.
+    pub fn of(args: &'a RenderArgs) -> Self {
+        Self {
+            output: args.output.as_deref(),
+            stats: args.stats.as_deref(),
+            quick: args.quick,
+            false_color: args.false_color,
+            no_overwrite: args.no_overwrite,
+            args: Some(args),
+            ..Self::without_flags(&args.scene)
+        }
+    }
+
+    /// As the scene says.
+    pub fn without_flags(scene: &'a Path) -> Self {
+        Self { scene, output: None, stats: None, quick: false, false_color: false, no_overwrite: false, args: None }
+    }
+
+    /// The EXR file of the only picture of a scene, and where its name comes from.
+    fn exr(&self, built: &BuiltScene) -> (PathBuf, NamedBy) {
+        if let Some(path) = self.output {
+            return (path.to_owned(), NamedBy::CommandLine);
+        }
+        if !built.film.filename().is_empty() {
+            return (built.film.filename().into(), NamedBy::Scene(built.filename_span));
+        }
+        let mut name = match self.scene.file_stem() {
+            Some(stem) if self.scene != Path::new("-") => stem.to_owned(),
+            _ => OsString::from("bhs"),
+        };
+        name.push(".exr");
+        (name.into(), NamedBy::Scene(None))
+    }
+
+    /// The EXR file of one camera, and where its name comes from.
+    pub fn exr_of(&self, built: &BuiltScene, camera: Option<&str>) -> (PathBuf, NamedBy) {
+        let one = built.camera_names().count() == 1;
+        let (path, by) = self.exr(built);
+        // The only picture is called what the command line says.
+        let camera = camera.filter(|_| !(one && self.output.is_some()));
+        let path = camera.map_or(path.clone(), |camera| with_infix(&path, camera));
+        (if self.quick && self.output.is_none() { with_infix(&path, "quick") } else { path }, by)
+    }
+}
 
 /// The files of one picture.
 pub(super) struct Outputs {
@@ -20,34 +87,73 @@ pub(super) struct Outputs {
     /// A false-colour picture for each layer, if they are asked for.
     shown: Vec<OutputFile>,
     stats: Option<OutputFile>,
-    /// Where the checkpoint stands, if there is to be one.
-    checkpoint: Option<PathBuf>,
+    /// The checkpoint, if there is to be one.
+    checkpoint: Option<OutputFile>,
+    /// Whether the picture has been written, as far as it was.
+    is_written: AtomicBool,
 }
 
 impl Outputs {
-    /// Makes sure that the files of the given camera can be written.
-    pub fn reserve(args: &RenderArgs, built: &BuiltScene, camera: Option<&str>) -> Result<Self> {
+    /// The files of all pictures of a scene, one for each camera. `plan` says what is wrong with them; if it does, some are missing.
+    pub fn plan(naming: &Naming, built: &BuiltScene, plan: &mut Plan) -> Vec<Self> {
+        built.camera_names().filter_map(|camera| Self::plan_one(naming, built, camera, plan)).collect()
+    }
+
+    fn plan_one(naming: &Naming, built: &BuiltScene, camera: Option<&str>, plan: &mut Plan) -> Option<Self> {
         let one = built.camera_names().count() == 1;
-        // The only picture is called what the command line says.
-        let exr_path = match &args.output {
-            Some(path) if one => path.clone(),
-            Some(path) => named(path, camera),
-            None => named(Path::new(built.film.filename()), camera),
-        };
+        let (exr_path, by) = naming.exr_of(built, camera);
         if exr_path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-            bail!("cannot write `{}`: the output's name ends in .exr (a .png is written beside it)", exr_path.display());
+            let message = format!("cannot write `{}`: the output's name ends in .exr", exr_path.display());
+            let refused = Diagnostic::error("output-not-exr", message).help("a .png is written beside it");
+            plan.refuse(match by {
+                NamedBy::Scene(Some(span)) => refused.at(span, ""),
+                _ => refused,
+            });
+            return None;
         }
-        let exr = OutputFile::reserve(&exr_path)?;
-        let png = OutputFile::reserve(&exr_path.with_extension("png"))?;
-        let layers = if args.false_color { built.film.layers() } else { &[] };
-        let shown = layers.iter().map(|l| OutputFile::reserve(&false_color::path(&exr_path, *l))).collect::<Result<_>>()?;
-        let stats = args.stats.as_ref().map(|path| if one { path.clone() } else { named(path, camera) });
-        let stats = stats.as_deref().map(OutputFile::reserve).transpose()?;
-        let checkpoint = args.checkpoint_for(&exr_path, |path| if one { path.to_owned() } else { named(path, camera) });
-        if let Some(path) = &checkpoint {
-            drop(OutputFile::reserve(path)?);
-        }
-        Ok(Self { exr, png, shown, stats, checkpoint })
+        let mut claim = |path: &Path, by| {
+            if naming.no_overwrite && std::fs::symlink_metadata(path).is_ok() {
+                plan.refuse(Diagnostic::error(
+                    "would-overwrite",
+                    format!("`{}` is there already, and --no-overwrite is given", path.display()),
+                ));
+                return None;
+            }
+            let file = plan.claim(path, by)?;
+            Some(if naming.no_overwrite { file.never_replacing() } else { file })
+        };
+        let exr = claim(&exr_path, by);
+        let png = claim(&exr_path.with_extension("png"), by);
+        let layers: &[Layer] = if naming.false_color { built.film.layers() } else { &[] };
+        let shown: Vec<_> = layers.iter().map(|l| claim(&false_color::path(&exr_path, *l), by)).collect();
+        let stats = naming.stats.map(|path| match camera.filter(|_| !one) {
+            Some(camera) => claim(&with_infix(path, camera), NamedBy::CommandLine),
+            None => claim(path, NamedBy::CommandLine),
+        });
+        let checkpoint = naming.args.and_then(|args| {
+            let is_named = matches!(args.checkpoint, Some(Some(_)));
+            let path = args.checkpoint_for(&exr_path, |path| match camera.filter(|_| !one) {
+                Some(camera) => with_infix(path, camera),
+                None => path.to_owned(),
+            });
+            path.map(|path| claim_checkpoint(plan, &path, if is_named { NamedBy::CommandLine } else { by }))
+        });
+        let shown = shown.into_iter().collect::<Option<_>>()?;
+        let (stats, checkpoint) = (none_or(stats)?, none_or(checkpoint)?);
+        Some(Self { exr: exr?, png: png?, shown, stats, checkpoint, is_written: AtomicBool::new(false) })
+    }
+
+    /// Makes sure that all of them can be written.
+    ///
+    /// # Errors
+    /// Says why not.
+    pub fn probe(&self) -> Result<()> {
+        [&self.exr, &self.png]
+            .into_iter()
+            .chain(&self.shown)
+            .chain(&self.stats)
+            .chain(&self.checkpoint)
+            .try_for_each(OutputFile::probe)
     }
 
     /// Where the picture will stand.
@@ -57,7 +163,7 @@ impl Outputs {
 
     /// Where its checkpoint stands, if there is to be one.
     pub fn checkpoint(&self) -> Option<&Path> {
-        self.checkpoint.as_deref()
+        self.checkpoint.as_ref().map(OutputFile::path)
     }
 
     /// Whether the pictures that stand there are these.
@@ -80,48 +186,91 @@ impl Outputs {
     }
 
     /// Writes the picture as it is now, while it goes on; its files can be written again.
+    ///
+    /// # Errors
+    /// If they cannot be written.
     pub fn write_partial(&self, built: &BuiltScene, rendered: &Rendered) -> Result<()> {
-        let files = Self {
-            exr: OutputFile::reserve(self.exr.path())?,
-            png: OutputFile::reserve(self.png.path())?,
-            shown: Vec::new(),
-            stats: None,
-            checkpoint: None,
-        };
-        files.write(built, rendered, &mut Phases::default(), true)
+        let picture = rendered.frame.picture();
+        let (layers, attributes) = (rendered.frame.layers(), provenance(built, rendered));
+        let mut set = OutputSet::new();
+        set.add(self.as_far_as_mine(&self.png), |to| picture.write_png(to, |pixel| built.film.display(pixel)));
+        set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
+        set.write_in_place()?;
+        self.is_written.store(true, Ordering::Relaxed);
+        Ok(())
     }
 
-    /// Writes all of them.
-    pub fn write(self, built: &BuiltScene, rendered: &Rendered, phases: &mut Phases, quiet: bool) -> Result<()> {
+    /// A file, which may be replaced even with `--no-overwrite` if this render has written it.
+    fn as_far_as_mine(&self, file: &OutputFile) -> OutputFile {
+        if self.is_written.load(Ordering::Relaxed) { file.clone().replacing() } else { file.clone() }
+    }
+
+    /// Writes all of them, together; elsewhere if they cannot be written to their places.
+    pub fn write(&self, built: &BuiltScene, rendered: &Rendered, phases: &mut Phases, quiet: bool, rescue: &Rescue) -> Kept {
         let exr_path = self.exr.path().to_owned();
         let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
         let attributes = provenance(built, rendered);
-        self.png.finish(|to| picture.write_png(to, |pixel| built.film.display(pixel)))?;
-        for (file, layer) in self.shown.into_iter().zip(&layers) {
+        let size = picture.size;
+        let mut set = OutputSet::new();
+        set.add(self.as_far_as_mine(&self.png), |to| picture.write_png(to, |pixel| built.film.display(pixel)));
+        for (file, layer) in self.shown.iter().zip(&layers) {
             let colors = FalseColor::new(layer);
             if !quiet {
                 say!("{} shows {colors}", file.path().display());
             }
-            file.finish(|to| image::write_png(to, picture.size, colors.pixels().as_flattened()))?;
+            set.add(file.clone(), move |to| image::write_png(to, size, colors.pixels().as_flattened()));
         }
-        let picture = picture.with_layers(&layers);
-        self.exr.finish(|to| picture.write_exr(to, &attributes))?;
+        set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
+        if let Some(stats) = &self.stats {
+            let phases = &*phases;
+            set.add(stats.clone(), move |to| {
+                let mut phases = phases.clone();
+                phases.end("write");
+                Ok(writeln!(to, "{}", serde_json::to_string_pretty(&stats_json(built, rendered, &phases))?)?)
+            });
+        }
+        let kept = set.write(rescue);
         phases.end("write");
-        if let Some(stats) = self.stats {
-            let text = serde_json::to_string_pretty(&stats_json(built, rendered, phases))?;
-            stats.finish(|to| Ok(writeln!(to, "{text}")?))?;
-        }
-        if !quiet {
+        if !quiet && kept == Kept::InPlace {
             closing_words(&exr_path, rendered, phases);
         }
-        Ok(())
+        kept
     }
 }
 
-/// `path` with the camera's name before its ending, if it has one.
-fn named(path: &Path, camera: Option<&str>) -> PathBuf {
-    let Some(camera) = camera else { return path.to_owned() };
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = path.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
-    path.with_file_name(format!("{stem}.{camera}{ending}"))
+/// `path` with a word before its ending: `room.left.exr` for `room.exr`.
+fn with_infix(path: &Path, infix: &str) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(".");
+    name.push(infix);
+    if let Some(ending) = path.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    path.with_file_name(name)
+}
+
+/// Claims a checkpoint and the one before it. They are there for being replaced, also with `--no-overwrite`.
+fn claim_checkpoint(plan: &mut Plan, path: &Path, by: NamedBy) -> Option<OutputFile> {
+    let file = plan.claim(path, by)?;
+    let previous = previous(path);
+    // A render that was ended in the middle of saving may have left them as two names of one file.
+    let id = |path: &Path| std::fs::metadata(path).ok().map(|found| FileId::of(path, &found));
+    if id(&previous).is_none_or(|previous| Some(previous) != id(path)) {
+        plan.claim(&previous, by)?;
+    }
+    Some(file)
+}
+
+/// A claim that may not have been made: `None` if it was refused.
+fn none_or<T>(claimed: Option<Option<T>>) -> Option<Option<T>> {
+    claimed.map_or(Some(None), |claimed| claimed.map(Some))
+}
+
+/// Writes colours and layers as EXR.
+fn write_exr(to: &mut Writer, picture: &Picture, layers: &[LayerPicture], attributes: &[(String, Attribute)]) -> Result<()> {
+    match layers.is_empty() {
+        true => picture.write_exr(to, attributes),
+        false => picture.clone().with_layers(layers).write_exr(to, attributes),
+    }
 }

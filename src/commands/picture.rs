@@ -4,6 +4,7 @@ use super::outputs::Outputs;
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
 use crate::lang::BuiltScene;
+use crate::output::{Kept, Rescue};
 use crate::progress::Progress;
 use crate::render::{Ended, Job, Limits, RenderState};
 use crate::say;
@@ -24,6 +25,7 @@ pub(super) struct Session<'s> {
     pub args: &'s RenderArgs,
     pub signals: &'s Signals,
     pub pool: &'s rayon::ThreadPool,
+    pub rescue: Rescue,
 }
 
 impl Session<'_> {
@@ -33,12 +35,12 @@ impl Session<'_> {
         Some(CheckpointFile::new(path.to_owned(), Identity::of(built), built.sampler.depends_on_count()))
     }
 
-    /// Renders the picture of the current camera and writes its files. How it ended.
+    /// Renders the picture of the current camera and writes its files. How it ended, and whether all files are in their places.
     ///
     /// # Errors
     /// If a checkpoint cannot be resumed, or a file cannot be written.
-    pub fn render(&self, built: &BuiltScene, outputs: Outputs, phases: &mut Phases) -> Result<Ended> {
-        let Self { args, signals, pool } = *self;
+    pub fn render(&self, built: &BuiltScene, outputs: Outputs, phases: &mut Phases) -> Result<(Ended, bool)> {
+        let Self { args, signals, pool, ref rescue } = *self;
         let checkpoint = self.checkpoint(built, &outputs);
         let most = built.sampler.samples_per_pixel();
         let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
@@ -51,10 +53,9 @@ impl Session<'_> {
                     phases.end("render");
                     let rendered = state.rendered(Ended::Complete);
                     // Whatever ended the program before may have come between the checkpoint and the pictures.
-                    if !outputs.hold(built, &rendered) {
-                        outputs.write(built, &rendered, phases, args.quiet)?;
-                    }
-                    return Ok(Ended::Complete);
+                    let hold = outputs.hold(built, &rendered);
+                    let in_place = hold || outputs.write(built, &rendered, phases, args.quiet, rescue) == Kept::InPlace;
+                    return Ok((Ended::Complete, in_place));
                 }
                 state
             }
@@ -77,13 +78,16 @@ impl Session<'_> {
             if let Ended::Stopped(signal) = ended {
                 say!("stopped by {} before there was a sample: nothing is written", signal.name());
             }
-            return Ok(ended);
+            return Ok((ended, true));
         }
         // First what the render can go on from. The picture is written whether or not that succeeds.
         let saved = checkpoint.as_ref().map_or(Ok(()), |file| file.save(&state));
         phases.end("checkpoint");
-        outputs.write(built, &state.rendered(ended), phases, args.quiet)?;
-        saved.map(|()| ended)
+        if let Err(error) = &saved {
+            say!("error: {error:#}");
+        }
+        let kept = outputs.write(built, &state.rendered(ended), phases, args.quiet, rescue);
+        Ok((ended, saved.is_ok() && kept == Kept::InPlace))
     }
 
     /// Says what was found, and whether nothing is left to be rendered.

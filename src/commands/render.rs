@@ -1,11 +1,12 @@
 //! `bhs render`: a picture for each camera.
 
-use super::outputs::Outputs;
+use super::outputs::{Naming, Outputs};
 use super::picture::Session;
-use super::{ExitStatus, load, overrides};
+use super::{Common, ExitStatus, load, overrides, show};
 use crate::cli::RenderArgs;
 use crate::image::Attribute;
 use crate::lang::{BuiltScene, Overrides};
+use crate::output::{self, Plan, Rescue};
 use crate::render::{Ended, Rendered};
 use crate::say;
 use crate::signals::Signals;
@@ -18,7 +19,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn render(args: &RenderArgs, color: bool, signals: &Signals) -> Result<ExitStatus> {
+pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<ExitStatus> {
     let mut phases = Phases::default();
     let overrides = Overrides {
         transport: args.transport.clone(),
@@ -30,7 +31,7 @@ pub fn render(args: &RenderArgs, color: bool, signals: &Signals) -> Result<ExitS
         quick: args.quick,
         ..overrides(&args.scene_args)
     };
-    let Some(mut built) = load(&args.scene, &overrides, color) else { return Ok(ExitStatus::Fault) };
+    let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");
     if args.false_color && built.film.layers().is_empty() {
         say!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
@@ -38,25 +39,40 @@ pub fn render(args: &RenderArgs, color: bool, signals: &Signals) -> Result<ExitS
     }
 
     // From here on there may be something to write when a signal comes.
-    signals.stop_gracefully(|| {});
+    signals.stop_gracefully(output::discard_all);
     // Whether the results can be kept is found out before they are made.
-    let outputs = built.camera_names().map(|camera| Outputs::reserve(args, &built, camera)).collect::<Result<Vec<_>>>()?;
+    let mut plan = Plan::new(&sources);
+    let outputs = Outputs::plan(&Naming::of(args), &built, &mut plan);
+    if let Err(found) = plan.finish() {
+        show(&found, &sources, common.color);
+        return Ok(ExitStatus::Fault);
+    }
+    outputs.iter().try_for_each(Outputs::probe)?;
+    // The texts of a scene may be large.
+    drop(sources);
 
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
         pool = pool.num_threads(threads as usize);
     }
     let pool = pool.build().context("cannot start the threads")?;
-    let session = Session { args, signals, pool: &pool };
+    let rescue = Rescue::beside(&args.scene, common.root.as_ref());
+    let session = Session { args, signals, pool: &pool, rescue };
+    let mut status = ExitStatus::Done;
     for outputs in outputs {
-        if let Ended::Stopped(signal) = session.render(&built, outputs, &mut phases)? {
-            return Ok(signal.into());
+        let (ended, in_place) = session.render(&built, outputs, &mut phases)?;
+        if !in_place {
+            // The other pictures may be of use all the same.
+            status = ExitStatus::Fault;
+        }
+        if let Ended::Stopped(signal) = ended {
+            return Ok(if status == ExitStatus::Done { signal.into() } else { status });
         }
         // Loading counts as the first picture's.
         phases = Phases::default();
         built.next_camera();
     }
-    Ok(ExitStatus::Done)
+    Ok(status)
 }
 
 /// What the EXR header says of the picture's making.

@@ -35,6 +35,8 @@ pub struct BuiltScene {
     further_views: VecDeque<View>,
     /// What records it.
     pub film: Box<dyn Film>,
+    /// Where the scene names the file of the picture, if it does.
+    pub filename_span: Option<Span>,
     /// Where samples of a pixel go.
     pub filter: Box<dyn Filter>,
     /// Random numbers.
@@ -188,6 +190,7 @@ pub fn build(
             camera: a.view.camera,
             camera_name: a.view.name,
             further_views: a.further_views,
+            filename_span: settings.film.params.iter().find(|p| p.name.value == "filename").map(|p| p.span),
             film,
             filter,
             sampler,

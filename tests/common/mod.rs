@@ -7,6 +7,7 @@ pub mod examples;
 pub mod lights;
 pub mod physics;
 pub mod process;
+pub mod program;
 
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
 use bhs::registry::Registry;
@@ -48,8 +49,13 @@ pub fn shared(path: &str) -> Option<PathBuf> {
     if file.exists() {
         return Some(file);
     }
-    eprintln!("skipped: {path} is not here");
+    skipped(&format!("{path} is not here"));
     None
+}
+
+/// Says that a test cannot be made here.
+pub fn skipped(why: &str) {
+    eprintln!("skipped: {why}");
 }
 
 /// The measured Cornell box with a wall in front, closed on all sides: options block not included.

@@ -49,7 +49,7 @@ pub trait Film: Send + Sync {
     /// The part of the picture that is rendered: x0, x1, y0, y1 (pixels), x1 and y1 excluded.
     fn crop(&self) -> [u32; 4];
 
-    /// File to write, unless the command line names one.
+    /// File to write, unless the command line names one; empty if it is called after the scene.
     fn filename(&self) -> &str;
 
     /// Least and greatest recorded wavelength (nm).

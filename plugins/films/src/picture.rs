@@ -54,7 +54,12 @@ impl Picture {
             "",
             "part that is rendered: x from, x to, y from, y to, of width and height",
         );
-        let filename = p.get("filename", "bhs.exr".to_owned(), "", "file to write, seen from where the program is started");
+        let filename = p.get(
+            "filename",
+            String::new(),
+            "",
+            "file to write, seen from where the program is started; if empty, the scene's name with .exr",
+        );
         let lo = p.get_in("lambdamin", 360.0, 1.0..=1e7, "nm", "least recorded wavelength") as f32;
         let hi = p.get_in("lambdamax", 830.0, 1.0..=1e7, "nm", "greatest recorded wavelength") as f32;
         let exposure = p.get_in("exposure", 0.0, -64.0..=64.0, "stops", "brightness of the PNG");

@@ -9,7 +9,7 @@
 //! | `xresolution` | integer | 1280 | pixels | width |
 //! | `yresolution` | integer | 720 | pixels | height |
 //! | `cropwindow` | float | [0 1 0 1] | | part that is rendered: x from, x to, y from, y to, of width and height |
-//! | `filename` | string | "bhs.exr" | | file to write, seen from where the program is started |
+//! | `filename` | string | "" | | file to write, seen from where the program is started; if empty, the scene's name with .exr |
 //! | `lambdamin` | float | 360 | nm | least recorded wavelength |
 //! | `lambdamax` | float | 830 | nm | greatest recorded wavelength |
 //! | `exposure` | float | 0 | stops | brightness of the PNG |

@@ -1,0 +1,152 @@
+//! What is to be written, beside what is read: no file is both, and no two outputs are one file.
+
+use super::OutputFile;
+use crate::files::FileId;
+use crate::lang::SourceMap;
+use bhs_core::diagnostics::{Diagnostic, Span};
+use std::collections::HashMap;
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Where the name of an output comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NamedBy {
+    /// The command line, which may name files outside of the folder of `--root`.
+    CommandLine,
+    /// The scene, here; or nobody, and it is made from the name of the scene.
+    Scene(Option<Span>),
+}
+
+/// All outputs of a command, and what is wrong with them.
+///
+/// Files are compared by what they are: links, `.` and `..`, hard links, and case where the file system ignores it, hide nothing.
+pub struct Plan<'a> {
+    sources: &'a SourceMap,
+    /// The names of the outputs so far, as they are given.
+    names: Vec<PathBuf>,
+    by_id: HashMap<FileId, usize>,
+    /// By the real folder, and the name in small letters.
+    by_name: HashMap<(PathBuf, String), Vec<(OsString, usize)>>,
+    /// Whether the file system of a folder ignores case, as far as it has been asked for.
+    ignores_case: HashMap<PathBuf, bool>,
+    found: Vec<Diagnostic>,
+}
+
+impl<'a> Plan<'a> {
+    /// No outputs yet, of a scene that has read `sources`.
+    pub fn new(sources: &'a SourceMap) -> Self {
+        Self {
+            sources,
+            names: Vec::new(),
+            by_id: HashMap::new(),
+            by_name: HashMap::new(),
+            ignores_case: HashMap::new(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Adds a file that is to be written. `None` if it cannot be; [`finish`](Self::finish) says why. Touches nothing.
+    pub fn claim(&mut self, path: &Path, by: NamedBy) -> Option<OutputFile> {
+        match self.check(path, by) {
+            Ok(file) => Some(file),
+            Err(diagnostic) => {
+                self.found.push(*diagnostic);
+                None
+            }
+        }
+    }
+
+    /// Notes something else that is wrong with the outputs.
+    pub fn refuse(&mut self, diagnostic: Diagnostic) {
+        self.found.push(diagnostic);
+    }
+
+    /// The end of the plan.
+    ///
+    /// # Errors
+    /// All that is wrong with it.
+    pub fn finish(self) -> Result<(), Vec<Diagnostic>> {
+        if self.found.is_empty() { Ok(()) } else { Err(self.found) }
+    }
+
+    fn check(&mut self, path: &Path, by: NamedBy) -> Result<OutputFile, Box<Diagnostic>> {
+        let shown = path.display();
+        let refuse = |code, message: String| Box::new(at(by, Diagnostic::error(code, message)));
+        if let Some(root) = self.sources.root() {
+            let admitted = match by {
+                NamedBy::CommandLine => root.admit_named(path),
+                NamedBy::Scene(_) => root.admit(path),
+            };
+            admitted.map_err(|why| {
+                let help = "-o names a file for the picture that may lie anywhere";
+                let refused = *refuse("outside-root", format!("cannot write `{shown}`: {why}"));
+                Box::new(if by == NamedBy::CommandLine { refused } else { refused.help(help) })
+            })?;
+        }
+        let file = OutputFile::locate(path).map_err(|why| refuse("cannot-write", format!("cannot write `{shown}`: {why}")))?;
+        if let Some(input) = self.sources.input(file.replaced_id().as_ref(), &file.real_path()) {
+            let read = match input.span {
+                Some(_) => format!("which the scene reads as `{}`", input.name.display()),
+                None => format!("which is the scene, `{}`", input.name.display()),
+            };
+            let refused = *refuse("output-is-input", format!("cannot write `{shown}`, {read}"));
+            let refused = match (input.span, refused.primary.is_some()) {
+                (Some(span), true) => refused.and(span, "read here"),
+                (Some(span), false) => refused.at(span, "read here"),
+                (None, _) => refused,
+            };
+            return Err(Box::new(refused.help("give the output another name; -o names the picture")));
+        }
+        if let Some(other) = self.same_as(&file) {
+            let message = format!("cannot write both `{}` and `{shown}`: they are one file", self.names[other].display());
+            return Err(Box::new(refuse("outputs-coincide", message).help("give one of them another name")));
+        }
+        self.names.push(path.to_owned());
+        Ok(file)
+    }
+
+    /// The output so far that is the same file; else remembers this one.
+    fn same_as(&mut self, file: &OutputFile) -> Option<usize> {
+        let index = self.names.len();
+        let id = file.replaced_id();
+        if let Some(other) = id.as_ref().and_then(|id| self.by_id.get(id)) {
+            return Some(*other);
+        }
+        let key = (file.folder.clone(), file.name.to_string_lossy().to_lowercase());
+        let others = self.by_name.entry(key).or_default();
+        if let Some((_, other)) = others.iter().find(|(name, _)| *name == file.name) {
+            return Some(*other);
+        }
+        if let Some((_, other)) = others.first() {
+            let ignores = self.ignores_case.entry(file.folder.clone()).or_insert_with(|| ignores_case(&file.folder));
+            if *ignores {
+                return Some(*other);
+            }
+        }
+        others.push((file.name.clone(), index));
+        self.by_id.extend(id.map(|id| (id, index)));
+        None
+    }
+}
+
+fn at(by: NamedBy, diagnostic: Diagnostic) -> Diagnostic {
+    match by {
+        NamedBy::Scene(Some(span)) => diagnostic.at(span, ""),
+        _ => diagnostic,
+    }
+}
+
+/// Whether names in a folder that differ in case only are one file: asked of the entries that it has, and of its own name if it has none.
+fn ignores_case(folder: &Path) -> bool {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let swapped = |path: &Path| -> Option<PathBuf> {
+        let name = path.file_name()?.to_str()?;
+        let swap = |c: char| if c.is_ascii_lowercase() { c.to_ascii_uppercase() } else { c.to_ascii_lowercase() };
+        let other: String = name.chars().map(swap).collect();
+        (other != name).then(|| path.with_file_name(other))
+    };
+    let id = |path: &Path| fs::symlink_metadata(path).ok().map(|found| FileId::of(path, &found));
+    let asked = entries.chain([folder.to_owned()]).find_map(|path| Some((id(&path)?, id(&swapped(&path)?))));
+    asked.is_some_and(|(one, other)| other == Some(one))
+}
