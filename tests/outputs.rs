@@ -123,6 +123,39 @@ fn outputs_that_are_one_file_are_refused() {
 }
 
 #[test]
+fn a_checkpoint_takes_the_place_of_nothing_else() {
+    let folder = Folder::new(&SMALL.replace("WorldBegin", "WorldBegin\nInclude \"small.checkpoint\""));
+    folder.write("small.checkpoint", "# a part of the scene\n");
+    let words = ["`small.checkpoint`", "scene reads"];
+    for flag in ["--checkpoint", "--resume"] {
+        refused(&folder, &["render", "scene.bhs", flag], &words);
+    }
+    // The one before it is kept too.
+    folder.write("small.previous.checkpoint", "# a part of the scene\n");
+    folder.write("scene.bhs", SMALL.replace("WorldBegin", "WorldBegin\nInclude \"small.previous.checkpoint\""));
+    refused(&folder, &["render", "scene.bhs", "--checkpoint"], &["`small.previous.checkpoint`", "scene reads"]);
+    folder.write("scene.bhs", SMALL);
+    for other in ["scene.bhs", "./small.exr", "./small.png", "s.json"] {
+        let checkpoint = format!("--checkpoint={other}");
+        refused(&folder, &["render", "scene.bhs", "--stats", "s.json", &checkpoint], &[&format!("`{other}`")]);
+    }
+    // It is there for being replaced, with the flag that replaces nothing too.
+    for name in ["one.exr", "two.exr"] {
+        let args = ["render", "scene.bhs", "--quiet", "--no-overwrite", "--checkpoint=c", "-o", name];
+        assert_eq!(folder.run(&args).code, 0, "{name}");
+    }
+}
+
+#[test]
+fn pictures_written_on_the_way_are_no_others() {
+    let folder = Folder::new(SMALL);
+    let partial = ["--spp", "200000", "--checkpoint-every", "0.1", "--write-partial", "--no-overwrite"];
+    let run = folder.run(&[&["render", "scene.bhs", "--quiet"], &partial[..]].concat());
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    assert_eq!(folder.files(), ["scene.bhs", "small.exr", "small.png"]);
+}
+
+#[test]
 #[cfg(unix)]
 fn outputs_that_are_one_file_by_links_are_refused() {
     let folder = Folder::new(SMALL);

@@ -102,6 +102,11 @@ impl Outputs {
     fn plan_one(naming: &Naming, built: &BuiltScene, camera: Option<&str>, plan: &mut Plan) -> Option<Self> {
         let one = built.camera_names().count() == 1;
         let (exr_path, by) = naming.exr_of(built, camera);
+        // Of the files that the command line names once for all cameras.
+        let own_name = |path: &Path| match camera.filter(|_| !one) {
+            Some(camera) => with_infix(path, camera),
+            None => path.to_owned(),
+        };
         if exr_path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
             let message = format!("cannot write `{}`: the output's name ends in .exr", exr_path.display());
             let refused = Diagnostic::error("output-not-exr", message).help("a .png is written beside it");
@@ -111,36 +116,39 @@ impl Outputs {
             });
             return None;
         }
-        let mut claim = |path: &Path, by| {
-            if naming.no_overwrite && std::fs::symlink_metadata(path).is_ok() {
-                plan.refuse(Diagnostic::error(
-                    "would-overwrite",
-                    format!("`{}` is there already, and --no-overwrite is given", path.display()),
-                ));
+        let layers: &[Layer] = if naming.false_color { built.film.layers() } else { &[] };
+        let png = exr_path.with_extension("png");
+        let shown: Vec<PathBuf> = layers.iter().map(|l| false_color::path(&exr_path, *l)).collect();
+        let stats = naming.stats.map(own_name);
+        if naming.no_overwrite {
+            let all = [&exr_path, &png].into_iter().chain(&shown).chain(&stats);
+            let there: Vec<_> = all.filter(|path| std::fs::symlink_metadata(path).is_ok()).collect();
+            for path in &there {
+                let message = format!("`{}` is there already, and --no-overwrite is given", path.display());
+                plan.refuse(Diagnostic::error("would-overwrite", message));
+            }
+            if !there.is_empty() {
                 return None;
             }
+        }
+        // What is wrong with its folder is said once.
+        let exr = plan.claim(&exr_path, by)?;
+        let mut claim = |path: &PathBuf, by| {
             let file = plan.claim(path, by)?;
             Some(if naming.no_overwrite { file.never_replacing() } else { file })
         };
-        let exr = claim(&exr_path, by);
-        let png = claim(&exr_path.with_extension("png"), by);
-        let layers: &[Layer] = if naming.false_color { built.film.layers() } else { &[] };
-        let shown: Vec<_> = layers.iter().map(|l| claim(&false_color::path(&exr_path, *l), by)).collect();
-        let stats = naming.stats.map(|path| match camera.filter(|_| !one) {
-            Some(camera) => claim(&with_infix(path, camera), NamedBy::CommandLine),
-            None => claim(path, NamedBy::CommandLine),
-        });
+        let png = claim(&png, by);
+        let shown: Vec<_> = shown.iter().map(|path| claim(path, by)).collect();
+        let stats = stats.map(|path| claim(&path, NamedBy::CommandLine));
         let checkpoint = naming.args.and_then(|args| {
             let is_named = matches!(args.checkpoint, Some(Some(_)));
-            let path = args.checkpoint_for(&exr_path, |path| match camera.filter(|_| !one) {
-                Some(camera) => with_infix(path, camera),
-                None => path.to_owned(),
-            });
+            let path = args.checkpoint_for(&exr_path, own_name);
             path.map(|path| claim_checkpoint(plan, &path, if is_named { NamedBy::CommandLine } else { by }))
         });
         let shown = shown.into_iter().collect::<Option<_>>()?;
         let (stats, checkpoint) = (none_or(stats)?, none_or(checkpoint)?);
-        Some(Self { exr: exr?, png: png?, shown, stats, checkpoint, is_written: AtomicBool::new(false) })
+        let exr = if naming.no_overwrite { exr.never_replacing() } else { exr };
+        Some(Self { exr, png: png?, shown, stats, checkpoint, is_written: AtomicBool::new(false) })
     }
 
     /// Makes sure that all of them can be written.

@@ -150,3 +150,41 @@ fn ignores_case(folder: &Path) -> bool {
     let asked = entries.chain([folder.to_owned()]).find_map(|path| Some((id(&path)?, id(&swapped(&path)?))));
     asked.is_some_and(|(one, other)| other == Some(one))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is said of two outputs in a folder whose file system ignores case, or does not.
+    fn said(ignores: bool, names: [&str; 2]) -> Vec<String> {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = dir.path().canonicalize().unwrap();
+        let sources = SourceMap::new();
+        let mut plan = Plan::new(&sources);
+        plan.ignores_case.insert(folder.clone(), ignores);
+        for name in names {
+            plan.claim(&folder.join(name), NamedBy::CommandLine);
+        }
+        plan.finish().err().unwrap_or_default().into_iter().map(|d| d.message).collect()
+    }
+
+    #[test]
+    fn case_tells_names_apart_where_the_file_system_does() {
+        let names = ["Room.Ä.exr", "room.ä.EXR"];
+        assert!(said(false, names).is_empty());
+        let said = said(true, names).join("");
+        assert!(names.iter().all(|name| said.contains(name)) && said.contains("one file"), "{said}");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_file_system_is_asked_whether_it_ignores_case() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(!ignores_case(dir.path()));
+        std::fs::write(dir.path().join("file"), "").unwrap();
+        assert!(!ignores_case(dir.path()));
+        // Two names that differ in case only, of one file, look like a file system that ignores it; the second thoughts are worth little.
+        std::fs::hard_link(dir.path().join("file"), dir.path().join("FILE")).unwrap();
+        assert!(ignores_case(dir.path()));
+    }
+}
