@@ -19,6 +19,7 @@ mod directives;
 pub mod format;
 mod hole;
 mod instances;
+mod lines;
 mod method;
 mod names;
 mod objects;
