@@ -16,6 +16,7 @@ pub mod attributes;
 pub mod build;
 pub mod description;
 mod directives;
+mod errors;
 pub mod format;
 mod hole;
 mod instances;
