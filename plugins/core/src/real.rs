@@ -3,9 +3,12 @@
 //! The same operations in the same order give the same bits for one ray and for each of several ([`Real::fma`] is fused for both or for neither).
 
 use crate::lanes::{LANES, Lanes};
-use glam::DVec3;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub, SubAssign};
+
+mod vector;
+
+pub use vector::Vector;
 
 /// A yes or no of each number of a [`Real`].
 pub trait Mask:
@@ -273,147 +276,10 @@ pub fn fma<F: Real>(a: F, b: F, c: F) -> F {
     a.fma(b, c)
 }
 
-/// A vector, or one of each of several rays.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vector<F> {
-    /// First coordinates.
-    pub x: F,
-    /// Second coordinates.
-    pub y: F,
-    /// Third coordinates.
-    pub z: F,
-}
-
-impl<F: Real> Vector<F> {
-    /// The same vector of all rays.
-    #[inline(always)]
-    pub fn all(v: DVec3) -> Self {
-        Self { x: F::splat(v.x), y: F::splat(v.y), z: F::splat(v.z) }
-    }
-
-    /// Vector i is `vector(i)`.
-    #[inline(always)]
-    pub fn from_fn(vector: impl Fn(usize) -> DVec3) -> Self {
-        Self { x: F::from_fn(|i| vector(i).x), y: F::from_fn(|i| vector(i).y), z: F::from_fn(|i| vector(i).z) }
-    }
-
-    /// The vector of ray number `i`.
-    #[inline]
-    pub fn lane(self, i: usize) -> DVec3 {
-        DVec3::new(self.x.lane(i), self.y.lane(i), self.z.lane(i))
-    }
-
-    /// Scalar products.
-    #[inline(always)]
-    pub fn dot(self, o: Self) -> F {
-        self.x.fma(o.x, self.y.fma(o.y, self.z * o.z))
-    }
-
-    /// Vector products.
-    #[inline(always)]
-    pub fn cross(self, o: Self) -> Self {
-        Self { x: self.y * o.z - self.z * o.y, y: self.z * o.x - self.x * o.z, z: self.x * o.y - self.y * o.x }
-    }
-
-    /// Squares of the lengths.
-    #[inline(always)]
-    pub fn length_squared(self) -> F {
-        self.dot(self)
-    }
-
-    /// Lengths.
-    #[inline(always)]
-    pub fn length(self) -> F {
-        self.length_squared().sqrt()
-    }
-
-    /// The unit vectors along it.
-    #[inline(always)]
-    pub fn normalize(self) -> Self {
-        self * (F::splat(1.0) / self.length())
-    }
-
-    /// `self + o s`
-    #[inline(always)]
-    pub fn plus(self, o: Self, s: F) -> Self {
-        Self { x: o.x.fma(s, self.x), y: o.y.fma(s, self.y), z: o.z.fma(s, self.z) }
-    }
-
-    /// Each divided by its number.
-    #[inline(always)]
-    pub fn over(self, s: F) -> Self {
-        Self { x: self.x / s, y: self.y / s, z: self.z / s }
-    }
-
-    /// The largest of the absolute coordinates.
-    #[inline(always)]
-    pub fn largest(self) -> F {
-        self.x.abs().max(self.y.abs()).max(self.z.abs())
-    }
-
-    /// Of the rays in `which` those of `self`, of the others those of `o`.
-    #[inline(always)]
-    pub fn or(self, o: Self, which: F::Mask) -> Self {
-        let pick = |yes, no| F::select(which, yes, no);
-        Self { x: pick(self.x, o.x), y: pick(self.y, o.y), z: pick(self.z, o.z) }
-    }
-}
-
-impl Vector<Lanes> {
-    /// Vector number i of ray number i.
-    #[inline(always)]
-    pub fn of(v: [DVec3; LANES]) -> Self {
-        Self { x: Lanes::from(v.map(|v| v.x)), y: Lanes::from(v.map(|v| v.y)), z: Lanes::from(v.map(|v| v.z)) }
-    }
-
-    /// The coordinates as arrays.
-    #[inline(always)]
-    pub fn to_arrays(self) -> [[f64; LANES]; 3] {
-        [self.x.to_array(), self.y.to_array(), self.z.to_array()]
-    }
-}
-
-impl From<DVec3> for Vector<f64> {
-    #[inline(always)]
-    fn from(v: DVec3) -> Self {
-        Self { x: v.x, y: v.y, z: v.z }
-    }
-}
-
-impl From<Vector<f64>> for DVec3 {
-    #[inline(always)]
-    fn from(v: Vector<f64>) -> Self {
-        Self::new(v.x, v.y, v.z)
-    }
-}
-
-impl<F: Real> Add for Vector<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, o: Self) -> Self {
-        Self { x: self.x + o.x, y: self.y + o.y, z: self.z + o.z }
-    }
-}
-
-impl<F: Real> Sub for Vector<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, o: Self) -> Self {
-        Self { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
-    }
-}
-
-impl<F: Real> Mul<F> for Vector<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, s: F) -> Self {
-        Self { x: self.x * s, y: self.y * s, z: self.z * s }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     /// Some of everything, as one number or eight.
     fn formula<F: Real>(a: F, b: F) -> F {

@@ -4,6 +4,9 @@
 //! and `refine` (from steps to hits), `flight` (one ray from start to end; `micro_steps` is the plain way), `packet` with `packet_orbit`,
 //! `packet_leaps` and `packet_hits` (several rays side by side), `connect` and `joined`
 //! (rays between two points), `connect_sky` (rays to a direction of the sky), `arithmetic`.
+//!
+//! `graded_index` follows the rays of refractive indices, `general` those of any metric by Hamilton's equations; both give curves as
+//! `tracing::arc` has them.
 
 pub mod arithmetic;
 pub mod chords;
@@ -13,6 +16,8 @@ mod connect_lanes;
 pub mod connect_sky;
 mod connect_solve;
 pub mod flight;
+pub mod general;
+pub mod graded_index;
 pub mod joined;
 mod micro_steps;
 pub mod orbit;

@@ -20,7 +20,6 @@
 
 use crate::mapping::UvMapping;
 use bhs_core::Plugin;
-use bhs_core::composite::{Composite, KnownParts, evaluations};
 use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::SampledSpectrum;
@@ -32,7 +31,6 @@ pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "checkerboard", summary: 
 struct Checkerboard {
     values: [TextureInput; 2],
     mapping: UvMapping,
-    evaluations: u64,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Texture>> {
@@ -43,9 +41,7 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
         p.reject("dimension", format!("`dimension` is {dimension}"), "only 2 is possible");
     }
     let mapping = UvMapping::read(p);
-    // One of the two is asked.
-    let evaluations = evaluations([tex1.evaluations().max(tex2.evaluations())]);
-    Some(Box::new(Checkerboard { values: [tex1, tex2], mapping, evaluations }))
+    Some(Box::new(Checkerboard { values: [tex1, tex2], mapping }))
 }
 
 impl Checkerboard {
@@ -59,28 +55,10 @@ impl Checkerboard {
 
 impl Texture for Checkerboard {
     fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        self.spectrum_with(at, &mut KnownParts::new(self.evaluations))
+        self.value(at).spectrum(at)
     }
 
     fn float(&self, at: &Shading) -> f32 {
-        self.float_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn composite(&self) -> Option<&dyn Composite> {
-        Some(self)
-    }
-}
-
-impl Composite for Checkerboard {
-    fn evaluations(&self) -> u64 {
-        self.evaluations
-    }
-
-    fn spectrum_with(&self, at: &Shading, known: &mut KnownParts) -> SampledSpectrum {
-        self.value(at).spectrum_with(at, known)
-    }
-
-    fn float_with(&self, at: &Shading, known: &mut KnownParts) -> f32 {
-        self.value(at).float_with(at, known)
+        self.value(at).float(at)
     }
 }

@@ -1,0 +1,196 @@
+//! Hamilton's equations of any metric against quadratures and series for Kerr's hole (none of which they share anything with).
+
+#![allow(clippy::excessive_precision)] // digits as published
+
+#[path = "common/kerr.rs"]
+mod kerr;
+
+use bhs_core::spacetime::{Ball, Side, Spacetime};
+use bhs_integrators::arithmetic::root::root;
+use bhs_integrators::general::hamilton::Light;
+use bhs_integrators::general::{Fate, Surroundings};
+use bhs_integrators::tracing::arc::Arc;
+use glam::DVec3;
+use kerr::Kerr;
+use std::f64::consts::{PI, TAU};
+
+const TOLERANCE: f64 = 1e-12;
+
+fn around(spacetime: &dyn Spacetime, backward: bool, reach: f64) -> Surroundings<'_> {
+    Surroundings::new(spacetime, None, backward, Ball { center: DVec3::ZERO, radius: reach })
+}
+
+/// Where the ray from `x` along `d` ends, and its state there.
+fn end(around: &Surroundings<'_>, x: DVec3, d: DVec3) -> (Fate, Light) {
+    let mut path = around.start(x, d, Side::Near, TOLERANCE).expect("a place");
+    for _ in 0..10_000 {
+        let advance = path.advance();
+        if advance.fate != Fate::Underway {
+            return (advance.fate, path.light);
+        }
+    }
+    panic!("no end of the ray from {x} along {d}");
+}
+
+fn sky(around: &Surroundings<'_>, x: DVec3, d: DVec3) -> DVec3 {
+    match end(around, x, d) {
+        (Fate::Escaped(direction), _) => direction,
+        (other, _) => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn light_in_the_equator_of_a_spinning_hole_is_deflected_as_by_quadrature() {
+    // Spin, L/E, deflection to 17 digits.
+    for (a, b, right) in [
+        (0.5, 7.0, 0.923699855246745622),
+        (0.5, -7.0, 1.52075990056546051),
+        (0.5, 100.0, 0.0410069617762458526),
+        (0.9, 3.0, 6.12039098739192046),
+        (0.9, -7.0, 2.58883036651455383),
+        (0.9, 5.0, 1.38979883089849016),
+        (0.9, 10.0, 0.504632984000672382),
+        (0.9, -10.0, 0.720503613953961283),
+        (0.9, -100.0, 0.0416164204468715829),
+        (0.998, 3.0, 3.88058845050832601),
+        (0.998, -7.0, 5.52422648362972675),
+        (0.998, 10.0, 0.496960188817243217),
+        (0.998, -10.0, 0.739104522448639177),
+    ] {
+        let hole = Kerr(a);
+        let (forward, backward) = (around(&hole, false, 20.0), around(&hole, true, 20.0));
+        let x = DVec3::X * (3.0 * f64::abs(b)).max(12.0);
+        // Inwards, at the angle psi from the radius: L = x p_y grows with it.
+        let towards = |psi: f64| DVec3::new(-psi.cos(), psi.sin(), 0.0);
+        let momentum = |psi: f64| x.x * forward.hamilton.start(x, towards(psi)).expect("a place").p.y;
+        let psi = root(|psi| momentum(psi) - b, -1.5, 1.5, true);
+        let out = sky(&forward, x, towards(psi));
+        let from = -sky(&backward, x, -towards(psi));
+        let turned = (out.y.atan2(out.x) - from.y.atan2(from.x)) * b.signum();
+        let off = (turned - right + PI).rem_euclid(TAU) - PI;
+        // Near the photon orbit errors grow by the derivative of the deflection.
+        let within = if b == 3.0 || right > 5.0 { 1e-9 } else { 1e-10 };
+        assert!(off.abs() < within, "a = {a}, b = {b}: {off:e}");
+    }
+}
+
+#[test]
+fn light_along_the_axis_of_a_spinning_hole_is_deflected_and_twisted_as_by_elliptic_integrals() {
+    for (a, b, deflection, twist) in [
+        (0.9, 6.0, 1.605440035879281, 0.3242193674799751),
+        (0.9, 10.0, 0.5875759752890947, 0.06008171272449056),
+        (0.998, 6.0, 1.582142288385299, 0.3545236320977475),
+        (0.5, 6.0, 1.681815883460555, 0.1883604392665153),
+    ] {
+        let hole = Kerr(a);
+        let (forward, backward) = (around(&hole, false, 1e5), around(&hole, true, 1e5));
+        // A ray without momentum about the axis and with K = b^2 - a^2, moving inwards at r = 12 and the polar angle theta.
+        let start = |theta: f64| {
+            let (r, (sin, cos)) = (12.0, theta.sin_cos());
+            let across = f64::hypot(r, a);
+            let x = DVec3::new(across * sin, 0.0, r * cos);
+            let inverse = forward.hamilton.inverse(x);
+            let p_theta = (b * b - a * a + a * a * cos * cos).sqrt();
+            // p_r from the norm, p_x and p_z from both.
+            let (s, d) = (r * r + a * a * cos * cos, across * across - 2.0 * r);
+            let p_r = -((-inverse.tt.value * s - p_theta * p_theta) / d).sqrt();
+            let (dr, dtheta) = (DVec3::new(r / across * sin, 0.0, cos), DVec3::new(across * cos, 0.0, -r * sin));
+            let determinant = dr.x * dtheta.z - dr.z * dtheta.x;
+            let p = DVec3::new(p_r * dtheta.z - p_theta * dr.z, 0.0, p_theta * dr.x - p_r * dtheta.x) / determinant;
+            (x, inverse.velocity(p))
+        };
+        let from = |theta: f64| {
+            let (x, d) = start(theta);
+            end(&backward, x, -d)
+        };
+        // It comes along the axis: its direction there, which is small, is nearly in the plane where it starts.
+        let slant = |theta: f64| match from(theta).0 {
+            Fate::Escaped(direction) => direction.x,
+            other => panic!("{other:?}"),
+        };
+        let (mut t0, mut t1) = (0.4, 0.5);
+        let (mut s0, mut s1) = (slant(t0), slant(t1));
+        while (t1 - t0).abs() > 1e-13 && s0 != s1 {
+            (t0, t1) = (t1, t1 - s1 * (t1 - t0) / (s1 - s0));
+            (s0, s1) = (s1, slant(t1));
+        }
+        let (fate, light) = from(t1);
+        let Fate::Escaped(direction) = fate else { panic!("{fate:?}") };
+        assert!(direction.truncate().length() < 1e-10 && direction.z > 0.0, "{direction}");
+        let (x, d) = start(t1);
+        let out = sky(&forward, x, d);
+        let bent = out.truncate().length().atan2(-out.z);
+        assert!((bent - deflection).abs() < 1e-9, "a = {a}, b = {b}: {:e}", bent - deflection);
+        let (came, went) = (light.x.y.atan2(light.x.x), (-out.y).atan2(-out.x));
+        assert!((went - came - twist).abs() < 1e-9, "a = {a}, b = {b}: {:e}", went - came - twist);
+    }
+}
+
+#[test]
+fn single_rays_around_a_spinning_hole_pass_where_they_should() {
+    let hole = Kerr(0.9);
+    let back = around(&hole, true, 20.0);
+    let x = DVec3::X * 12.0;
+    let here = hole.at(bhs_core::spacetime::Place::near(x)).unwrap();
+    // Local direction; y and z where x = -8; direction in the sky; L/E of the trace.
+    for (local, at, out, l) in [
+        (
+            [-1.0, -0.45, 0.2],
+            [-0.554651707083637, 0.900612072638014],
+            [-0.781836524689932, 0.591577434128567, -0.196895373461721],
+            5.130726638629703,
+        ),
+        (
+            [-1.0, -0.1, 0.6],
+            [0.740415174196968, 3.38187527252831],
+            [-0.871541781037726, 0.210495657758922, -0.442839137803139],
+            0.943423103976243,
+        ),
+        (
+            [-1.0, 0.62, 0.1],
+            [-5.58176101421623, -1.27569237989897],
+            [-0.168938525753629, -0.973739439128758, -0.152614806625707],
+            -7.088375348045848,
+        ),
+    ] {
+        let d = here.root.chart_direction(local.into());
+        let mut path = back.start(x, d, Side::Near, 1e-13).unwrap();
+        // L of the light is minus that of the trace.
+        assert!((x.length() * path.light.p.y + l).abs() < 1e-11, "{}", x.length() * path.light.p.y);
+        let mut met = None;
+        let direction = loop {
+            let advance = path.advance();
+            let arc = advance.arc;
+            if met.is_none() && arc.point(arc.end()).x < -8.0 {
+                met = Some(arc.point(root(|s| arc.point(s).x + 8.0, arc.start(), arc.end(), false)));
+            }
+            match advance.fate {
+                Fate::Underway => assert!(back.hamilton.violation(&path.light).abs() < 1e-12),
+                Fate::Escaped(direction) => break direction,
+                other => panic!("{other:?}"),
+            }
+        };
+        let met = met.expect("it comes by");
+        assert!(f64::hypot(met.y - at[0], met.z - at[1]) < 1e-10, "{met:?}");
+        assert!((direction - DVec3::from(out)).length() < 1e-11, "{direction}");
+    }
+}
+
+#[test]
+fn the_direction_of_time_matters() {
+    let hole = Kerr(0.9);
+    let x = DVec3::X * 12.0;
+    let here = hole.at(bhs_core::spacetime::Place::near(x)).unwrap();
+    let d = here.root.chart_direction(DVec3::new(-1.0, -0.5, 0.0));
+    let (back, forth) = (around(&hole, true, 20.0), around(&hole, false, 20.0));
+    assert_eq!(end(&forth, x, d).0, Fate::Captured);
+    let mut path = back.start(x, d, Side::Near, TOLERANCE).unwrap();
+    loop {
+        let arc = path.advance().arc;
+        if arc.point(arc.end()).x < -8.0 {
+            let y = arc.point(root(|s| arc.point(s).x + 8.0, arc.start(), arc.end(), false)).y;
+            assert!((y + 1.385403296393).abs() < 1e-10, "{y}");
+            break;
+        }
+    }
+}
