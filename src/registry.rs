@@ -143,11 +143,10 @@ impl Registry {
             found.push(self.unknown::<T>(&entity.name));
             return None;
         };
-        let defaults = entity.defaults.iter().map(|d| &d.param).collect();
-        let params = Params::new(entity.name.clone(), &entity.params, context).with_defaults(defaults);
+        let params = Params::new(entity.name.clone(), &entity.params, context).with_defaults(&entity.defaults);
         let made = (plugin.build)(&params);
         let (mut faults, asked) = params.finish();
-        entity.defaults.iter().filter(|d| asked.iter().any(|a| a.name == d.param.name.value)).for_each(|d| d.take());
+        asked.iter().for_each(|a| entity.defaults.take(a.name));
         // What has been left out because it is at fault is not missing.
         faults.retain(|d| !(entity.faulty && d.code == "missing-parameter"));
         if made.is_none() && faults.is_empty() && !entity.faulty {

@@ -4,7 +4,9 @@ use crate::lang::description::SceneDescription;
 use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, Resolver};
 use bhs_core::diagnostics::{Diagnostic, did_you_mean};
+use bhs_core::params::DefaultParams;
 use bhs_core::value::Param;
+use rpds::RedBlackTreeMapSync;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -37,25 +39,49 @@ impl Target {
 }
 
 /// A parameter that `Attribute` states.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct AttributeParam {
     /// What it is for.
     pub target: Target,
     /// The parameter.
     pub param: Param,
     /// Whether a plugin has asked for it.
-    taken: Arc<AtomicBool>,
+    taken: AtomicBool,
 }
 
 impl AttributeParam {
-    /// Notes that a plugin knows this parameter.
-    pub fn take(&self) {
+    /// Notes that a plugin knows this parameter, or that it is not worth a warning.
+    fn take(&self) {
         self.taken.store(true, Ordering::Relaxed);
     }
 }
 
-/// The parameters that are in force for one kind of directive.
-pub type Defaults = Arc<Vec<AttributeParam>>;
+/// The parameters that are in force for one kind of directive, by name. Each directive keeps those that were in force where it stands:
+/// a tree that shares its branches, so that very many directives and parameters take little room.
+#[derive(Clone, Debug, Default)]
+pub struct Defaults(RedBlackTreeMapSync<String, Arc<AttributeParam>>);
+
+impl Defaults {
+    /// Notes that a plugin knows the parameter `name`, if it is one of these.
+    pub fn take(&self, name: &str) {
+        if let Some(param) = self.0.get(name) {
+            param.take();
+        }
+    }
+
+    /// Adds one, in place of one of the same name.
+    fn set(&mut self, new: Arc<AttributeParam>) {
+        // One that is replaced before it is used is not worth a warning.
+        self.take(&new.param.name.value);
+        self.0.insert_mut(new.param.name.value.clone(), new);
+    }
+}
+
+impl DefaultParams for Defaults {
+    fn find(&self, name: &str) -> Option<&Param> {
+        self.0.get(name).map(|a| &a.param)
+    }
+}
 
 /// The parameters that are in force.
 #[derive(Clone, Default)]
@@ -64,15 +90,7 @@ pub(super) struct Attributes([Defaults; Target::ALL.len()]);
 impl Attributes {
     /// Those for one kind of directive.
     pub fn of(&self, target: Target) -> Defaults {
-        Arc::clone(&self.0[target as usize])
-    }
-
-    /// Adds one, in place of one of the same name.
-    fn set(&mut self, new: AttributeParam) {
-        let list = Arc::make_mut(&mut self.0[new.target as usize]);
-        // One that is replaced before it is used is not worth a warning.
-        list.extract_if(.., |a| a.param.name.value == new.param.name.value).for_each(|a| a.take());
-        list.push(new);
+        self.0[target as usize].clone()
     }
 }
 
@@ -91,17 +109,17 @@ impl Resolver<'_> {
             self.error("missing-parameter", "`Attribute` needs a parameter", call.keyword, "", help);
         }
         for param in call.params {
-            let new = AttributeParam { target, param, taken: Arc::default() };
-            self.scene.attributes.push(new.clone());
-            self.state.attributes.set(new);
+            let new = Arc::new(AttributeParam { target, param, taken: AtomicBool::new(false) });
+            self.scene.attributes.push(Arc::clone(&new));
+            self.state.attributes.0[target as usize].set(new);
         }
     }
 }
 
 /// Parameters of `Attribute` that no plugin has asked for.
 pub(super) fn warn_unused(scene: &SceneDescription, found: &mut Vec<Diagnostic>) {
-    for AttributeParam { target, param, .. } in scene.attributes.iter().filter(|a| !a.taken.load(Ordering::Relaxed)) {
-        let word = target.word();
+    for attribute in scene.attributes.iter().filter(|a| !a.taken.load(Ordering::Relaxed)) {
+        let (param, word) = (&attribute.param, attribute.target.word());
         found.push(
             Diagnostic::warning("unused-attribute", format!("`{}` is never used", shorten(&param.name.value)))
                 .at(param.name.span, format!("no {word} that follows has this parameter"))

@@ -3,10 +3,12 @@
 use crate::lang::assemble::{self, Part, PartCamera, Parts};
 use crate::lang::attributes;
 use crate::lang::description::{Entity, SceneDescription};
+use crate::lang::errors::ErrorCount;
 use crate::lang::hole::build_hole;
 use crate::lang::instances::{self, ObjectPart};
 use crate::lang::names::{Names, Pictures};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
+use crate::lang::parse::MAX_ERRORS;
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter};
@@ -180,6 +182,10 @@ pub fn build(
     if !crate::lang::has_errors(&found) {
         attributes::warn_unused(&description, &mut found);
     }
+    if ErrorCount::default().count(&found) >= MAX_ERRORS && !found.iter().any(|d| d.code == "too-many-errors") {
+        let message = format!("there are more than {MAX_ERRORS} errors; not all of the scene has been looked at");
+        found.push(Diagnostic::error("too-many-errors", message));
+    }
     in_order(&mut found);
     // What `Attribute` states wrongly is found again with every directive that takes it.
     found.dedup();
@@ -296,7 +302,12 @@ fn build_shapes(
     let mut objects = instances::places(description.objects.len(), &description.instances);
     let mut parts = Vec::with_capacity(shapes.len());
     // Each shape's parameters, which may be a large mesh, are let go before the next one is made.
+    let mut errors = ErrorCount::default();
     for (index, shape) in (0u32..).zip(shapes) {
+        if errors.count(found) >= MAX_ERRORS {
+            // What follows is not made, and not looked at: the scene is not rendered.
+            break;
+        }
         let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
         let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) else { continue };
         let surfaces = made.into_geometry();

@@ -118,7 +118,7 @@ pub struct SceneDescription {
     /// The parameters of all `Option` directives, together.
     pub options: Vec<Param>,
     /// What `Attribute` states, all together.
-    pub attributes: Vec<AttributeParam>,
+    pub attributes: Vec<Arc<AttributeParam>>,
     /// The black hole.
     pub black_hole: Option<Entity>,
     /// Textures in the order of the scene.

@@ -187,7 +187,10 @@ impl<'t> Printer<'t> {
 
         // The keyword and its arguments, then one segment for each parameter.
         let starts: Vec<usize> = directive.params.iter().map(|p| p.ty.span.start as usize).collect();
-        let declares = |t: &Token| t.kind == Kind::Text && starts.iter().any(|s| t.start < *s && *s < t.start + t.text.len());
+        let declares = |t: &Token| {
+            t.kind == Kind::Text
+                && starts.get(starts.partition_point(|s| *s <= t.start)).is_some_and(|s| *s < t.start + t.text.len())
+        };
         let mut at = own.iter().position(declares).unwrap_or(own.len());
         self.segment(&own[..at], None, group_of_args(word));
         for param in &directive.params {

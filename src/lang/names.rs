@@ -3,25 +3,39 @@
 //! What no shape uses is made too, so that its faults are found, but apart, and without reading its pictures.
 
 use crate::lang::description::{Entity, MaterialEntity, SceneDescription, TextureEntity};
-use crate::lang::parse::shorten;
-use crate::registry::Registry;
-use bhs_core::diagnostics::{Diagnostic, Spanned, did_you_mean};
+use crate::lang::errors::{ErrorCount, Suggestions};
+use crate::lang::parse::{MAX_ERRORS, shorten};
+use crate::registry::{Kind, Registry};
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::image::Image;
 use bhs_core::material::{BsdfSample, Material, Shading};
 use bhs_core::params::Context;
 use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
 use bhs_core::texture::{Named, Nameless, Texture, TextureKind};
 use glam::{Vec2, Vec3};
-use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::cell::{Cell, RefCell};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
+
+/// Materials within materials, and textures within textures, that are allowed: they are made, evaluated and let go by recursion.
+pub const MAX_NESTED: u32 = 100;
 
 /// A thing that is made at most once.
 #[derive(Clone)]
 enum Slot<T> {
     /// Its constructor runs.
     UnderWay,
-    Made(T),
+    /// With how deep the things that it is made of are nested in it.
+    Made(T, u32),
+}
+
+/// What making a thing by its name may come to.
+enum Made<T> {
+    Whole(T, u32),
+    /// It is made of itself.
+    UnderWay,
+    /// Too many others are being made of which it is a part.
+    TooDeep,
 }
 
 /// The textures and materials of a scene.
@@ -29,13 +43,22 @@ pub(super) struct Names<'a> {
     registry: &'a Registry,
     textures: &'a [TextureEntity],
     materials: &'a [MaterialEntity],
+    /// Number of the first texture of each name, of spectra and of floats.
+    texture_names: [BTreeMap<&'a str, usize>; 2],
+    /// Number of the first material of each name.
+    material_names: BTreeMap<&'a str, usize>,
     /// Whether the scene lacks an included file, in which what is missing may be.
     incomplete: bool,
+    /// Constructors that run, each for the one before it.
+    running: Cell<u32>,
+    /// Whether something has been found to be nested too deeply.
+    too_deep: Cell<bool>,
+    suggestions: Suggestions,
     state: RefCell<State>,
 }
 
 /// A texture may be made several times, for different uses.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct TextureKey {
     /// Its number in the scene.
     index: usize,
@@ -46,12 +69,17 @@ struct TextureKey {
 
 #[derive(Default)]
 struct State {
-    textures: Vec<(TextureKey, Slot<Arc<dyn Texture>>)>,
+    textures: HashMap<TextureKey, Slot<Arc<dyn Texture>>>,
+    /// For each texture of the scene: whether it has been asked for, and for something that is used.
+    asked: Vec<[bool; 2]>,
     /// As many as the scene has; `None`: not asked for yet.
     materials: Vec<Option<Slot<Arc<dyn Material>>>>,
     /// By path as written and the file that it stands in.
     images: BTreeMap<(String, u16), Result<Arc<Image>, String>>,
     found: Vec<Diagnostic>,
+    errors: ErrorCount,
+    /// Codes, places and messages of all that has been found.
+    reported: HashSet<(&'static str, Option<Span>, String)>,
 }
 
 /// What lights may ask for: pictures, and nothing that has a name.
@@ -75,13 +103,35 @@ impl Named for Pictures {
 impl<'a> Names<'a> {
     pub fn new(registry: &'a Registry, description: &'a SceneDescription) -> Self {
         let SceneDescription { textures, materials, incomplete, .. } = description;
-        let state = State { materials: vec![None; materials.len()], ..State::default() };
-        Self { registry, textures, materials, incomplete: *incomplete, state: RefCell::new(state) }
+        let state = State { materials: vec![None; materials.len()], asked: vec![[false; 2]; textures.len()], ..State::default() };
+        let mut texture_names = [BTreeMap::new(), BTreeMap::new()];
+        for (i, texture) in textures.iter().enumerate() {
+            texture_names[usize::from(texture.is_float)].entry(texture.name.value.as_str()).or_insert(i);
+        }
+        let mut material_names = BTreeMap::new();
+        for (i, name) in materials.iter().enumerate().filter_map(|(i, m)| Some((i, m.name.as_ref()?))) {
+            material_names.entry(name.value.as_str()).or_insert(i);
+        }
+        Self {
+            registry,
+            textures,
+            materials,
+            texture_names,
+            material_names,
+            incomplete: *incomplete,
+            running: Cell::new(0),
+            too_deep: Cell::new(false),
+            suggestions: Suggestions::default(),
+            state: RefCell::new(state),
+        }
     }
 
     /// Makes all materials, and the textures that they ask for; in the order of the scene. All that is wrong goes to `found`.
     pub fn make_all(self, context: Context, found: &mut Vec<Diagnostic>) -> Vec<Option<Arc<dyn Material>>> {
         for i in (0..self.materials.len()).filter(|i| self.materials[*i].used) {
+            if self.too_many_errors() {
+                break;
+            }
             self.material_at(i, true, &context);
         }
         // A texture may lend itself to lights and shapes too, but none takes one yet: the others are unused.
@@ -90,86 +140,108 @@ impl<'a> Names<'a> {
             (0..self.materials.len()).filter(|i| state.materials[*i].is_none()).collect()
         };
         for i in &unused {
+            if self.too_many_errors() {
+                break;
+            }
             self.material_at(*i, false, &context);
         }
         for (i, texture) in self.textures.iter().enumerate() {
-            let (asked, used) = {
-                let state = self.state.borrow();
-                let mut made = state.textures.iter().map(|(key, _)| key).filter(|key| key.index == i).peekable();
-                (made.peek().is_some(), made.any(|key| key.used))
-            };
+            if self.too_many_errors() {
+                break;
+            }
+            let [asked, used] = self.state.borrow().asked[i];
             if !asked {
                 let kind = if texture.is_float { TextureKind::Float } else { TextureKind::Spectrum(SpectrumRole::Unbounded) };
                 self.texture_at(i, kind, false, &context);
             }
-            if !used && !self.incomplete {
+            if !used && !self.incomplete && !self.too_deep.get() {
                 let message = format!("texture `{}` is never used", shorten(&texture.name.value));
                 let d = Diagnostic::warning("unused-texture", message).at(texture.name.span, "nothing that is used has it");
                 self.report([d]);
             }
         }
-        for name in unused.iter().filter_map(|i| self.materials[*i].name.as_ref()).filter(|_| !self.incomplete) {
+        for name in
+            unused.iter().filter_map(|i| self.materials[*i].name.as_ref()).filter(|_| !self.incomplete && !self.too_deep.get())
+        {
             let message = format!("material `{}` is never used", shorten(&name.value));
             self.report([Diagnostic::warning("unused-material", message).at(name.span, "no shape has it")]);
         }
         let mut state = self.state.into_inner();
         found.append(&mut state.found);
         let made = |slot| match slot {
-            Some(Slot::Made(material)) => Some(material),
+            Some(Slot::Made(material, _)) => Some(material),
             _ => None,
         };
         state.materials.into_iter().map(made).collect()
     }
 
+    fn too_many_errors(&self) -> bool {
+        let state = &mut *self.state.borrow_mut();
+        state.errors.count(&state.found) >= MAX_ERRORS
+    }
+
     fn report(&self, found: impl IntoIterator<Item = Diagnostic>) {
-        let all = &mut self.state.borrow_mut().found;
+        let state = &mut *self.state.borrow_mut();
         // A texture that is made for several uses has the same faults in each.
         for d in found {
-            if !all.contains(&d) {
-                all.push(d);
+            if state.reported.insert((d.code, d.primary.as_ref().map(|p| p.span), d.message.clone())) {
+                state.found.push(d);
             }
         }
     }
 
-    /// A material; `None` while it is being made.
-    fn material_at(&self, i: usize, used: bool, context: &Context) -> Option<Arc<dyn Material>> {
+    /// A material.
+    fn material_at(&self, i: usize, used: bool, context: &Context) -> Made<Arc<dyn Material>> {
         let known = self.state.borrow().materials[i].clone();
         match known {
-            Some(Slot::UnderWay) => return None,
-            Some(Slot::Made(material)) => return Some(material),
+            Some(Slot::UnderWay) => return Made::UnderWay,
+            Some(Slot::Made(material, depth)) => return Made::Whole(material, depth),
+            None if self.running.get() == MAX_NESTED => return Made::TooDeep,
             None => self.state.borrow_mut().materials[i] = Some(Slot::UnderWay),
         }
-        let view = View { names: self, kind: TextureKind::Float, used };
-        let entity = &self.materials[i].entity;
-        let mut found = Vec::new();
-        let made = self.registry.create::<dyn Material>(entity, view.context(entity, context), &mut found);
-        self.report(found);
+        let (made, depth) = self.create::<dyn Material>(&self.materials[i].entity, TextureKind::Float, used, context);
         // What could not be made has been reported: nothing is rendered.
         let made: Arc<dyn Material> = made.map_or_else(|| Arc::new(Faulty) as _, Arc::from);
-        self.state.borrow_mut().materials[i] = Some(Slot::Made(Arc::clone(&made)));
-        Some(made)
+        self.state.borrow_mut().materials[i] = Some(Slot::Made(Arc::clone(&made), depth));
+        Made::Whole(made, depth)
     }
 
-    /// A texture; `None` while it is being made.
-    fn texture_at(&self, i: usize, kind: TextureKind, used: bool, context: &Context) -> Option<Arc<dyn Texture>> {
+    /// A texture.
+    fn texture_at(&self, i: usize, kind: TextureKind, used: bool, context: &Context) -> Made<Arc<dyn Texture>> {
         let key = TextureKey { index: i, kind, used };
-        let known = self.state.borrow().textures.iter().find(|(k, _)| *k == key).map(|(_, slot)| slot.clone());
+        let known = self.state.borrow().textures.get(&key).cloned();
         match known {
-            Some(Slot::UnderWay) => return None,
-            Some(Slot::Made(texture)) => return Some(texture),
-            None => self.state.borrow_mut().textures.push((key, Slot::UnderWay)),
+            Some(Slot::UnderWay) => return Made::UnderWay,
+            Some(Slot::Made(texture, depth)) => return Made::Whole(texture, depth),
+            None if self.running.get() == MAX_NESTED => return Made::TooDeep,
+            None => {
+                let state = &mut *self.state.borrow_mut();
+                state.textures.insert(key, Slot::UnderWay);
+                let [asked, for_use] = &mut state.asked[i];
+                (*asked, *for_use) = (true, *for_use || used);
+            }
         }
-        let view = View { names: self, kind, used };
-        let entity = &self.textures[i].entity;
-        let mut found = Vec::new();
-        let made = self.registry.create::<dyn Texture>(entity, view.context(entity, context), &mut found);
-        self.report(found);
+        let (made, depth) = self.create::<dyn Texture>(&self.textures[i].entity, kind, used, context);
         let made: Arc<dyn Texture> = made.map_or_else(|| Arc::new(Faulty) as _, Arc::from);
-        let mut state = self.state.borrow_mut();
-        for (_, slot) in state.textures.iter_mut().filter(|(k, _)| *k == key) {
-            *slot = Slot::Made(Arc::clone(&made));
-        }
-        Some(made)
+        self.state.borrow_mut().textures.insert(key, Slot::Made(Arc::clone(&made), depth));
+        Made::Whole(made, depth)
+    }
+
+    /// Runs the constructor of a material or a texture; what it makes, and how deep its parts are nested.
+    fn create<T: Kind + ?Sized>(
+        &self,
+        entity: &Entity,
+        kind: TextureKind,
+        used: bool,
+        context: &Context,
+    ) -> (Option<Box<T>>, u32) {
+        let view = View { names: self, kind, used, depth: Cell::new(0) };
+        let mut found = Vec::new();
+        self.running.set(self.running.get() + 1);
+        let made = self.registry.create::<T>(entity, view.context(entity, context), &mut found);
+        self.running.set(self.running.get() - 1);
+        self.report(found);
+        (made, view.depth.get())
     }
 }
 
@@ -179,9 +251,30 @@ struct View<'v, 'a> {
     kind: TextureKind,
     /// Whether it is, or is for, something that is used.
     used: bool,
+    /// How deep the parts that it has asked for are nested, themselves counted.
+    depth: Cell<u32>,
 }
 
 impl View<'_, '_> {
+    /// A part that has been asked for by its name.
+    fn part<T>(&self, made: Made<T>, what: &str, name: &Spanned<String>) -> Result<Option<T>, Box<Diagnostic>> {
+        match made {
+            Made::Whole(part, depth) if depth + 1 < MAX_NESTED => {
+                self.depth.set(self.depth.get().max(depth + 1));
+                return Ok(Some(part));
+            }
+            Made::UnderWay => return Err(made_of_itself(what, name)),
+            Made::Whole(..) | Made::TooDeep => {}
+        }
+        if self.names.too_deep.replace(true) {
+            // The others of the same chain say nothing new.
+            return Ok(None);
+        }
+        let message = format!("{what}s are nested more than {MAX_NESTED} deep");
+        let label = format!("`{}` is made of too many others, one within the other", shorten(&name.value));
+        Err(Diagnostic::error("nested-too-deep", message).at(name.span, label).help("make it of fewer").into())
+    }
+
     fn context<'c>(&'c self, entity: &Entity, context: &Context<'c>) -> Context<'c> {
         Context { named: self, world_from_object: *entity.world_from_object, ..*context }
     }
@@ -190,13 +283,14 @@ impl View<'_, '_> {
 impl Named for View<'_, '_> {
     fn texture(&self, name: &Spanned<String>, kind: TextureKind, context: &Context) -> Result<Arc<dyn Texture>, Box<Diagnostic>> {
         let is_float = kind == TextureKind::Float;
-        let all = self.names.textures;
-        if let Some(i) = all.iter().position(|t| t.name.value == name.value && t.is_float == is_float) {
-            return self.names.texture_at(i, kind, self.used, context).ok_or_else(|| made_of_itself("texture", name));
+        let of_type = |is_float: bool| &self.names.texture_names[usize::from(is_float)];
+        if let Some(i) = of_type(is_float).get(name.value.as_str()) {
+            let made = self.names.texture_at(*i, kind, self.used, context);
+            return Ok(self.part(made, "texture", name)?.unwrap_or_else(|| Arc::new(Faulty)));
         }
         let (wanted, other) = if is_float { ("float", "spectrum") } else { ("spectrum", "float") };
         let short = shorten(&name.value);
-        if let Some(of_other_type) = all.iter().find(|t| t.name.value == name.value) {
+        if let Some(of_other_type) = of_type(!is_float).get(name.value.as_str()).map(|i| &self.names.textures[*i]) {
             return Err(Diagnostic::error("wrong-type", format!("texture `{short}` is of the type `{other}`"))
                 .at(name.span, format!("a texture of the type `{wanted}` is needed here"))
                 .and(of_other_type.name.span, "defined here")
@@ -205,8 +299,7 @@ impl Named for View<'_, '_> {
         if self.names.incomplete {
             return Ok(Arc::new(Faulty));
         }
-        let names = all.iter().filter(|t| t.is_float == is_float).map(|t| t.name.value.as_str());
-        let help = match did_you_mean(&name.value, names) {
+        let help = match self.names.suggestions.near(&name.value, of_type(is_float).keys().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("define it: Texture \"{short}\" \"{wanted}\" \"imagemap\" ..."),
         };
@@ -214,17 +307,15 @@ impl Named for View<'_, '_> {
     }
 
     fn material(&self, name: &Spanned<String>, context: &Context) -> Result<Arc<dyn Material>, Box<Diagnostic>> {
-        let all = self.names.materials;
-        let named = |m: &MaterialEntity| m.name.as_ref().map(|n| n.value.clone());
-        if let Some(i) = all.iter().position(|m| named(m).as_ref() == Some(&name.value)) {
-            return self.names.material_at(i, self.used, context).ok_or_else(|| made_of_itself("material", name));
+        if let Some(i) = self.names.material_names.get(name.value.as_str()) {
+            let made = self.names.material_at(*i, self.used, context);
+            return Ok(self.part(made, "material", name)?.unwrap_or_else(|| Arc::new(Faulty)));
         }
         if self.names.incomplete {
             return Ok(Arc::new(Faulty));
         }
         let short = shorten(&name.value);
-        let names: Vec<String> = all.iter().filter_map(named).collect();
-        let help = match did_you_mean(&name.value, names.iter().map(String::as_str)) {
+        let help = match self.names.suggestions.near(&name.value, self.names.material_names.keys().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("define it: MakeNamedMaterial \"{short}\" \"string type\" ..."),
         };

@@ -3,7 +3,7 @@
 use crate::lang::description::{InstanceEntity, ObjectEntity};
 use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, Resolver};
-use bhs_core::diagnostics::{Diagnostic, Span, did_you_mean};
+use bhs_core::diagnostics::{Diagnostic, Span};
 use std::collections::BTreeMap;
 
 impl Resolver<'_> {
@@ -100,7 +100,7 @@ impl Resolver<'_> {
             return;
         }
         for (name, span) in unknown {
-            let help = match did_you_mean(&name, self.objects.keys().map(String::as_str)) {
+            let help = match self.suggestions.near(&name, self.objects.keys().map(String::as_str)) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("define it: ObjectBegin \"{}\" ... ObjectEnd", shorten(&name)),
             };

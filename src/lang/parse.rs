@@ -27,6 +27,15 @@ pub fn parse(text: &str, file: u16) -> (Vec<Directive>, Vec<Diagnostic>) {
     (all, directives.into_faults())
 }
 
+/// Errors of a scene that are looked for; behind the last of them reading ends.
+pub const MAX_ERRORS: usize = 1000;
+
+/// Says that reading ends at a byte of a file.
+pub(super) fn too_many(file: u16, at: u32) -> Diagnostic {
+    let message = format!("there are {MAX_ERRORS} errors; what follows is not read");
+    Diagnostic::error("too-many-errors", message).at(Span { file, start: at, end: at }, "").help("mend those before it first")
+}
+
 /// Reads `text` directive by directive, so that memory is needed for one at a time.
 pub struct Directives<'t> {
     lower: Lower<'t>,
@@ -39,7 +48,7 @@ pub struct Directives<'t> {
 impl<'t> Directives<'t> {
     /// Starts at the beginning of `text`, which is file number `file`.
     pub fn new(text: &'t str, file: u16) -> Self {
-        Self { lower: Lower { text, file, base: 0, faults: Vec::new() }, position: 0, by_grammar: false }
+        Self { lower: Lower { text, file, base: 0, faults: Vec::new(), count: 0 }, position: 0, by_grammar: false }
     }
 
     /// As [`Directives::new`], with the same result, but slower: even what is plainly right is read by the grammar.
@@ -63,6 +72,11 @@ impl Iterator for Directives<'_> {
 
     fn next(&mut self) -> Option<Directive> {
         loop {
+            if self.lower.count >= MAX_ERRORS && self.position < self.lower.text.len() {
+                self.lower.faults.push(too_many(self.lower.file, self.position as u32));
+                self.position = usize::MAX;
+                return None;
+            }
             if !self.by_grammar
                 && self.position < self.lower.text.len()
                 && let Some(directive) = plain::directive(self.lower.text, self.position, self.lower.file)
@@ -100,6 +114,8 @@ struct Lower<'t> {
     /// Where the pairs' own offsets start.
     base: usize,
     faults: Vec<Diagnostic>,
+    /// Faults found so far, those that have been taken or left out among them.
+    count: usize,
 }
 
 impl Lower<'_> {
@@ -121,7 +137,15 @@ impl Lower<'_> {
         label: impl Into<String>,
         help: Option<String>,
     ) {
-        self.faults.push(Diagnostic::error(code, message).at(span, label).maybe_help(help));
+        self.add(Diagnostic::error(code, message).at(span, label).maybe_help(help));
+    }
+
+    /// Keeps a fault, unless there are too many: a text that is no scene must not take many times its own size.
+    fn add(&mut self, fault: Diagnostic) {
+        self.count += 1;
+        if self.count <= MAX_ERRORS {
+            self.faults.push(fault);
+        }
     }
 
     fn lower_directive(&mut self, pair: Pair<Rule>) -> Directive {

@@ -6,7 +6,8 @@ use crate::lang::ast::{Arg, Directive};
 use crate::lang::attributes::{Attributes, Defaults};
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::directives::{self, Row, Section, Takes};
-use crate::lang::parse::{Directives, shorten};
+use crate::lang::errors::{ErrorCount, Suggestions};
+use crate::lang::parse::{self, Directives, MAX_ERRORS, shorten};
 use crate::lang::source::SourceMap;
 use crate::lang::transform;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
@@ -32,6 +33,8 @@ pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Dia
             attributes: Attributes::default(),
         },
         stack: Vec::new(),
+        textures: Default::default(),
+        cameras: BTreeMap::new(),
         objects: BTreeMap::new(),
         object: None,
         too_deep: 0,
@@ -41,6 +44,9 @@ pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Dia
         pending: Vec::new(),
         world: None,
         directives: 0,
+        errors: ErrorCount::default(),
+        ended: false,
+        suggestions: Suggestions::default(),
     };
     resolver.file(file);
     resolver.finish(file);
@@ -99,6 +105,10 @@ pub(crate) struct Resolver<'s> {
     pub(super) scene: SceneDescription,
     pub(super) state: State,
     pub(super) stack: Vec<(State, Span)>,
+    /// Index of each texture, of spectra and of floats.
+    pub(super) textures: [BTreeMap<String, usize>; 2],
+    /// Index of each camera; `None`: the one without a name.
+    pub(super) cameras: BTreeMap<Option<String>, usize>,
     /// Index of each object.
     pub(super) objects: BTreeMap<String, usize>,
     /// The object that is being defined: its index, where it begins, and the height of the stack there.
@@ -115,6 +125,10 @@ pub(crate) struct Resolver<'s> {
     /// Where the world begins.
     pub(super) world: Option<Span>,
     pub(super) directives: usize,
+    pub(super) errors: ErrorCount,
+    /// Whether there are so many errors that the rest is not read.
+    pub(super) ended: bool,
+    pub(super) suggestions: Suggestions,
 }
 
 impl Resolver<'_> {
@@ -123,10 +137,27 @@ impl Resolver<'_> {
         let mut directives = Directives::new(&text, file);
         while let Some(directive) = directives.next() {
             self.found.extend(directives.take_faults());
+            if self.ended {
+                return;
+            }
             self.directives += 1;
+            let end = directive.span.end;
             self.directive(directive);
+            if self.errors.count(&self.found) >= MAX_ERRORS && !self.ended {
+                self.found.push(parse::too_many(file, end));
+                self.end();
+            }
         }
         self.found.extend(directives.into_faults());
+        if self.errors.count(&self.found) >= MAX_ERRORS {
+            self.end();
+        }
+    }
+
+    /// Ends the reading of all files: there are too many errors. What is missing may be in what is not read.
+    fn end(&mut self) {
+        self.ended = true;
+        self.scene.incomplete = true;
     }
 
     pub(super) fn error(
@@ -271,6 +302,9 @@ impl Resolver<'_> {
 
     /// What must hold at the end of the scene.
     fn finish(&mut self, file: u16) {
+        if self.ended {
+            return;
+        }
         if let Some((_, begin, depth)) = self.object.take() {
             self.stack.remove(depth);
             self.error("unclosed-object", "this `ObjectBegin` is never ended", begin, "", "add `ObjectEnd`");
@@ -293,8 +327,7 @@ impl Resolver<'_> {
         }
         if !self.scene.incomplete {
             for (name, span) in unknown {
-                let names = self.named.keys().map(String::as_str);
-                let help = match did_you_mean(&name, names) {
+                let help = match self.suggestions.near(&name, self.named.keys().map(String::as_str)) {
                     Some(near) => format!("did you mean `{near}`?"),
                     None => format!("define it: MakeNamedMaterial \"{}\" \"string type\" ...", shorten(&name)),
                 };

@@ -1,12 +1,13 @@
 //! The files that a scene is made of, and where each of them was included.
 
 use crate::files::{self, FileId, Root};
+use crate::lang::lines::Lines;
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::params::Files;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Includes within includes that are allowed.
 pub const MAX_INCLUDE_DEPTH: usize = 64;
@@ -24,6 +25,8 @@ pub struct Source {
     folder: PathBuf,
     /// The file itself, to notice a file that includes itself.
     identity: Option<PathBuf>,
+    /// Its lines, found when the first place in it is asked for.
+    lines: OnceLock<Lines>,
 }
 
 /// All texts of a scene; [`Span::file`] is an index in here.
@@ -34,6 +37,8 @@ pub struct SourceMap {
     inputs: Mutex<Inputs>,
     /// The hash of what has been read, in the order of reading.
     hasher: Mutex<blake3::Hasher>,
+    /// All files that there are, in place of those of the system.
+    memory: Option<BTreeMap<PathBuf, Arc<[u8]>>>,
 }
 
 /// A file that the scene reads.
@@ -61,6 +66,11 @@ impl SourceMap {
     /// No texts yet; whatever the scene names is to lie in a folder.
     pub fn confined_to(root: Option<Root>) -> Self {
         Self { root, ..Self::default() }
+    }
+
+    /// No texts yet, and no files but the given ones: what a scene reads does not come from the system.
+    pub fn in_memory(memory: BTreeMap<PathBuf, Arc<[u8]>>) -> Self {
+        Self { memory: Some(memory), ..Self::default() }
     }
 
     /// The folder that confines the scene, if one does.
@@ -112,7 +122,7 @@ impl SourceMap {
         };
 
         // Follow the chain of includes up to the scene.
-        let identity = full.canonicalize().ok();
+        let identity = self.real_path(&full);
         let mut depth = 0;
         let mut at = Some(span);
         while let Some(here) = at {
@@ -164,14 +174,15 @@ impl SourceMap {
     /// Line and column (in characters), both from 1, of a byte of a file.
     pub fn line_column(&self, file: u16, offset: u32) -> (usize, usize) {
         let Some(source) = self.get(file) else { return (1, 1) };
-        let before = floor_char(&source.text, offset as usize);
-        let line_start = source.text[..before].rfind('\n').map_or(0, |i| i + 1);
-        let line = source.text.as_bytes()[..line_start].iter().filter(|b| **b == b'\n').count() + 1;
-        (line, source.text[line_start..before].chars().count() + 1)
+        let lines = source.lines.get_or_init(|| Lines::new(&source.text));
+        lines.place(&source.text, floor_char(&source.text, offset as usize))
     }
 
     /// The content of the file `path`, which `name` names at `span`, or what is wrong with it.
     fn content(&self, path: &Path, name: &Path, span: Option<Span>) -> Result<Vec<u8>, String> {
+        if let Some(files) = &self.memory {
+            return files.get(path).map(|bytes| bytes.to_vec()).ok_or_else(|| "there is no such file".into());
+        }
         if let Some(root) = &self.root {
             root.admit(path)?;
         }
@@ -179,10 +190,18 @@ impl SourceMap {
         let mut inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
         let input = || InputFile { name: name.to_owned(), span };
         inputs.by_id.entry(id).or_insert_with(input);
-        if let Ok(real) = path.canonicalize() {
+        if let Some(real) = self.real_path(path) {
             inputs.by_path.entry(real).or_insert_with(input);
         }
         Ok(content)
+    }
+
+    /// What tells a file from all others, if it is there.
+    fn real_path(&self, path: &Path) -> Option<PathBuf> {
+        match &self.memory {
+            Some(files) => files.contains_key(path).then(|| path.to_owned()),
+            None => path.canonicalize().ok(),
+        }
     }
 
     /// The file that the text at `span` calls `path`.
@@ -195,7 +214,7 @@ impl SourceMap {
 
     fn push_file(&mut self, path: &Path, bytes: Vec<u8>, included_at: Option<Span>) -> Result<u16, Box<Diagnostic>> {
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        self.push(&path.to_string_lossy(), bytes, folder, included_at, path.canonicalize().ok())
+        self.push(&path.to_string_lossy(), bytes, folder, included_at, self.real_path(path))
     }
 
     fn push(
@@ -233,7 +252,7 @@ impl SourceMap {
             }
         };
         let text: Arc<str> = text.strip_prefix('\u{feff}').unwrap_or(&text).into();
-        self.sources.push(Source { name: name.to_owned(), text, included_at, folder, identity });
+        self.sources.push(Source { name: name.to_owned(), text, included_at, folder, identity, lines: OnceLock::new() });
         Ok(file)
     }
 }

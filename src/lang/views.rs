@@ -17,8 +17,9 @@ impl Resolver<'_> {
         self.systems.insert("camera".into(), world_from_camera);
         let Ok(name) = self.camera_name(&mut call) else { return };
         let entity = call.entity(Arc::new(world_from_camera));
-        let same = |c: &&CameraEntity| c.name.as_ref().map(|n| &n.value) == name.as_ref().map(|n| &n.value);
-        if let Some(first) = self.scene.cameras.iter().find(same) {
+        let known = self.cameras.entry(name.as_ref().map(|n| n.value.clone()));
+        let index = *known.or_insert(self.scene.cameras.len());
+        if let Some(first) = self.scene.cameras.get(index) {
             let (message, second, first) = match (&name, &first.name) {
                 (Some(name), Some(old)) => (format!("camera `{}` is defined twice", shorten(&name.value)), name.span, old.span),
                 _ => ("the scene has a camera already".to_owned(), entity.keyword, first.entity.keyword),

@@ -13,6 +13,7 @@ pub mod blackhole;
 pub mod camera;
 pub mod clearance;
 mod clearance_instances;
+pub mod composite;
 pub mod diagnostics;
 pub mod dual;
 pub mod geometry;

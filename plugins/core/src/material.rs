@@ -63,6 +63,16 @@ pub trait Material: Send + Sync {
         sum / N as f32
     }
 
+    /// The two materials that it is made of and their shares at a point, if it is nothing but a mix of two.
+    fn parts(&self, _at: &Shading) -> Option<[(&dyn Material, f32); 2]> {
+        None
+    }
+
+    /// Evaluations of materials that are no mixes which one of this makes if each mix asks its own two parts.
+    fn evaluations(&self) -> u64 {
+        1
+    }
+
     /// Whether every direction it chooses is specular, so that light cannot be sampled for it.
     fn is_specular(&self) -> bool;
 

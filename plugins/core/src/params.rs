@@ -15,6 +15,8 @@ use crate::texture::Named;
 use crate::value::{Param, ParamType};
 use glam::DAffine3;
 use std::cell::RefCell;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -66,6 +68,34 @@ pub struct Context<'a> {
     pub seed: u64,
 }
 
+/// Parameters that stand in for those which a plugin's own list does not give.
+pub trait DefaultParams {
+    /// The one called `name`.
+    fn find(&self, name: &str) -> Option<&Param>;
+}
+
+/// Faults of one kind that are reported of the parameters of one plugin, one by one; the others are counted.
+const MAX_REPORTED: usize = 20;
+
+/// The parameters whose names have been given before, each behind the first one of its name.
+fn repeated(params: &[Param]) -> Vec<(&Param, &Param)> {
+    // Looking through a few costs less than a table of them.
+    const FEW: usize = 16;
+    if params.len() <= FEW {
+        let first = |i: usize| params[..i].iter().find(|q| q.name.value == params[i].name.value);
+        return (1..params.len()).filter_map(|i| Some((first(i)?, &params[i]))).collect();
+    }
+    let mut firsts: HashMap<&str, &Param> = HashMap::with_capacity(params.len());
+    let again = params.iter().filter_map(|param| match firsts.entry(&param.name.value) {
+        Entry::Occupied(first) => Some((*first.get(), param)),
+        Entry::Vacant(none) => {
+            none.insert(param);
+            None
+        }
+    });
+    again.collect()
+}
+
 /// One row of a plugin's parameter table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParamInfo {
@@ -86,7 +116,7 @@ pub struct Params<'a> {
     owner: Spanned<String>,
     params: &'a [Param],
     /// Stand in for what `params` does not give.
-    defaults: Vec<&'a Param>,
+    defaults: Option<&'a dyn DefaultParams>,
     context: Context<'a>,
     used: RefCell<Vec<bool>>,
     asked: RefCell<Vec<ParamInfo>>,
@@ -99,28 +129,31 @@ impl<'a> Params<'a> {
         let p = Self {
             owner,
             params,
-            defaults: Vec::new(),
+            defaults: None,
             context,
             used: RefCell::new(vec![false; params.len()]),
             asked: RefCell::default(),
             found: RefCell::default(),
         };
-        for (i, param) in params.iter().enumerate() {
-            if let Some(first) = params[..i].iter().find(|q| q.name.value == param.name.value) {
-                p.report(
-                    Diagnostic::error("duplicate-parameter", format!("parameter `{}` is given twice", param.name.value))
-                        .at(param.name.span, "given again here")
-                        .and(first.name.span, "first given here")
-                        .help("remove one of the two"),
-                );
-            }
+        let again = repeated(params);
+        for (first, param) in again.iter().take(MAX_REPORTED) {
+            p.report(
+                Diagnostic::error("duplicate-parameter", format!("parameter `{}` is given twice", param.name.value))
+                    .at(param.name.span, "given again here")
+                    .and(first.name.span, "first given here")
+                    .help("remove one of the two"),
+            );
+        }
+        if let Some((_, next)) = again.get(MAX_REPORTED) {
+            let message = format!("{} more parameters are given twice", again.len() - MAX_REPORTED);
+            p.report(Diagnostic::error("duplicate-parameter", message).at(next.name.span, "this is the first of them"));
         }
         p
     }
 
     /// Adds parameters that count where the plugin's own list does not give them, and may remain unused.
-    pub fn with_defaults(mut self, defaults: Vec<&'a Param>) -> Self {
-        self.defaults = defaults;
+    pub fn with_defaults(mut self, defaults: &'a dyn DefaultParams) -> Self {
+        self.defaults = Some(defaults);
         self
     }
 
@@ -190,8 +223,8 @@ impl<'a> Params<'a> {
 
     /// Where the parameter `name` stands: its values if the scene gives it, else the plugin's name.
     pub fn span_of(&self, name: &str) -> Span {
-        let mut all = self.params.iter().chain(self.defaults.iter().copied());
-        all.find(|p| p.name.value == name).map_or(self.owner.span, |p| p.span)
+        let own = self.params.iter().find(|p| p.name.value == name);
+        own.or_else(|| self.defaults?.find(name)).map_or(self.owner.span, |p| p.span)
     }
 
     /// Reports that the value of `name` does not do; `cause` stands under it.
@@ -209,10 +242,9 @@ impl<'a> Params<'a> {
         let asked = self.asked.into_inner();
         let mut found = self.found.into_inner();
         let names: Vec<&str> = asked.iter().map(|a| a.name).collect();
-        for (param, used) in self.params.iter().zip(self.used.into_inner()) {
-            if used {
-                continue;
-            }
+        let used = self.used.into_inner();
+        let unknown: Vec<&Param> = self.params.iter().zip(used).filter(|(_, used)| !used).map(|(param, _)| param).collect();
+        for param in unknown.iter().take(MAX_REPORTED) {
             let (name, owner) = (&param.name.value, &self.owner.value);
             let help = match did_you_mean(name, names.iter().copied()) {
                 Some(near) => format!("did you mean `{near}`?"),
@@ -224,6 +256,10 @@ impl<'a> Params<'a> {
                     .at(param.name.span, format!("`{owner}` has no such parameter"))
                     .help(help),
             );
+        }
+        if let Some(next) = unknown.get(MAX_REPORTED) {
+            let message = format!("{} more unknown parameters", unknown.len() - MAX_REPORTED);
+            found.push(Diagnostic::error("unknown-parameter", message).at(next.name.span, "this is the first of them"));
         }
         (found, asked)
     }
@@ -247,7 +283,7 @@ impl<'a> Params<'a> {
     /// The parameter `name` as the scene gives it; it counts as used.
     pub(crate) fn find(&self, name: &str) -> Option<&'a Param> {
         let Some(i) = self.params.iter().position(|p| p.name.value == name) else {
-            return self.defaults.iter().copied().find(|p| p.name.value == name);
+            return self.defaults?.find(name);
         };
         self.used.borrow_mut()[i] = true;
         // A second one of the same name has been reported already; it is not unknown.

@@ -37,7 +37,7 @@ pub trait Spectrum: Send + Sync + Debug {
 }
 
 /// What a spectrum is used for. It decides how an `rgb` is raised to a spectrum and what is out of range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SpectrumRole {
     /// A reflectance or transmittance: between 0 and 1; `rgb` by smooth upsampling.
     Reflectance,

@@ -3,6 +3,7 @@
 //! A material keeps a [`SpectrumParameter`] or a [`FloatParameter`] for what a scene may texture. It is evaluated at the shading
 //! point and the wavelengths there; a plain spectrum costs what it costs without textures.
 
+use crate::composite::Composite;
 use crate::diagnostics::{Diagnostic, Spanned};
 use crate::image::Image;
 use crate::material::{Material, Shading};
@@ -13,7 +14,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// What a texture is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextureKind {
     /// Spectra for the given use.
     Spectrum(SpectrumRole),
@@ -28,6 +29,11 @@ pub trait Texture: Send + Sync {
 
     /// The number at a point.
     fn float(&self, at: &Shading) -> f32;
+
+    /// The texture as one that is made of others, if it is.
+    fn composite(&self) -> Option<&dyn Composite> {
+        None
+    }
 }
 
 /// What plugins may ask for by the name that the scene gives it; each thing is made once, when it is first asked for.

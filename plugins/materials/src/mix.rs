@@ -2,6 +2,10 @@
 //!
 //! The BSDF is `(1 - amount) f_1 + amount f_2`; a direction is chosen by one of the two, with these shares as probabilities.
 //!
+//! A mix may have mixes as parts. A direction is chosen by one walk down to a material that is no mix; BSDF and density are the sums over
+//! all of these, each with its share, so that both belong to each other for any `amount`, textured or not. Where mixes share
+//! their parts, each part is evaluated once.
+//!
 //! Names and defaults of pbrt-v4, which chooses one material for each ray by a hash of the point: the mean is the same.
 //!
 //! | parameter | type | default | unit | meaning |
@@ -23,14 +27,23 @@ use bhs_core::sampling::ONE_MINUS_EPSILON;
 use bhs_core::spectrum::SampledSpectrum;
 use bhs_core::texture::FloatParameter;
 use glam::{Vec2, Vec3};
+use std::collections::HashMap;
+use std::ops::{Add, Mul};
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Material> = Plugin { name: "mix", summary: "two materials at once", build };
 
+/// Evaluations of parts up to which it costs less to repeat them than to gather the parts first.
+const REPEATED: u64 = 64;
+
 struct Mix {
     materials: [Arc<dyn Material>; 2],
     amount: FloatParameter,
+    /// What it takes to evaluate it without gathering the parts.
+    evaluations: u64,
+    is_specular: bool,
+    chooses_directions: bool,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Material>> {
@@ -50,7 +63,65 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
         }
     };
     let (first, second) = (find(first), find(second));
-    Some(Box::new(Mix { materials: [first?, second?], amount }))
+    let materials = [first?, second?];
+    Some(Box::new(Mix {
+        evaluations: materials[0].evaluations().saturating_add(materials[1].evaluations()),
+        is_specular: materials.iter().all(|m| m.is_specular()),
+        chooses_directions: materials.iter().any(|m| m.chooses_directions()),
+        materials,
+        amount,
+    }))
+}
+
+/// The materials within a mix that are no mixes, each once, with their shares at a point.
+struct Shares<'m> {
+    /// Mixes and other materials, every mix behind its parts.
+    nodes: Vec<Node<'m>>,
+    /// Index of each material by its address.
+    known: HashMap<usize, usize>,
+}
+
+struct Node<'m> {
+    material: &'m dyn Material,
+    /// Indices and shares of the parts of a mix.
+    parts: Option<[(usize, f32); 2]>,
+    /// Share of the whole.
+    share: f32,
+}
+
+impl<'m> Shares<'m> {
+    fn new(root: &'m dyn Material, at: &Shading) -> Self {
+        let mut shares = Self { nodes: Vec::new(), known: HashMap::new() };
+        shares.gather(root, at);
+        if let Some(root) = shares.nodes.last_mut() {
+            root.share = 1.0;
+        }
+        // From the whole to its parts.
+        for i in (0..shares.nodes.len()).rev() {
+            let share = shares.nodes[i].share;
+            for (part, of_this) in shares.nodes[i].parts.into_iter().flatten() {
+                shares.nodes[part].share += share * of_this;
+            }
+        }
+        shares
+    }
+
+    /// Adds a material behind its parts; its index. How deep mixes are nested has been limited when they were made.
+    fn gather(&mut self, material: &'m dyn Material, at: &Shading) -> usize {
+        let address = std::ptr::from_ref(material).cast::<()>() as usize;
+        if let Some(index) = self.known.get(&address) {
+            return *index;
+        }
+        let parts = material.parts(at).map(|parts| parts.map(|(part, share)| (self.gather(part, at), share)));
+        self.nodes.push(Node { material, parts, share: 0.0 });
+        self.known.insert(address, self.nodes.len() - 1);
+        self.nodes.len() - 1
+    }
+
+    /// Those that are no mixes and have a share.
+    fn leaves(&self) -> impl Iterator<Item = (&'m dyn Material, f32)> {
+        self.nodes.iter().filter(|n| n.parts.is_none() && n.share > 0.0).map(|n| (n.material, n.share))
+    }
 }
 
 impl Mix {
@@ -58,23 +129,33 @@ impl Mix {
         let amount = self.amount.at(at);
         [1.0 - amount, amount]
     }
+
+    /// The sum over the parts of what `of` says of each, times its share.
+    fn sum<T: Mul<f32, Output = T> + Add<Output = T>>(&self, at: &Shading, zero: T, of: impl Fn(&dyn Material) -> T) -> T {
+        if self.evaluations <= REPEATED {
+            let [first, second] = self.shares(at);
+            return of(&*self.materials[0]) * first + of(&*self.materials[1]) * second;
+        }
+        Shares::new(self, at).leaves().fold(zero, |sum, (material, share)| sum + of(material) * share)
+    }
 }
 
 impl Material for Mix {
     fn evaluate(&self, at: &Shading, wo: Vec3, wi: Vec3) -> SampledSpectrum {
-        let [first, second] = self.shares(at);
-        self.materials[0].evaluate(at, wo, wi) * first + self.materials[1].evaluate(at, wo, wi) * second
+        self.sum(at, SampledSpectrum::ZERO, |m| m.evaluate(at, wo, wi))
     }
 
     fn pdf(&self, at: &Shading, wo: Vec3, wi: Vec3) -> f32 {
-        let [first, second] = self.shares(at);
-        self.materials[0].pdf(at, wo, wi) * first + self.materials[1].pdf(at, wo, wi) * second
+        self.sum(at, 0.0, |m| m.pdf(at, wo, wi))
     }
 
     fn sample(&self, at: &Shading, wo: Vec3, choice: f32, u: Vec2) -> Option<BsdfSample> {
-        let [first, second] = self.shares(at);
-        let (which, choice) = if choice < first { (0, choice / first) } else { (1, (choice - first) / second) };
-        let sample = self.materials[which].sample(at, wo, choice.clamp(0.0, ONE_MINUS_EPSILON), u)?;
+        let (mut chosen, mut choice): (&dyn Material, f32) = (self, choice);
+        while let Some([(first, share), (second, other)]) = chosen.parts(at) {
+            (chosen, choice) = if choice < share { (first, choice / share) } else { (second, (choice - share) / other) };
+            choice = choice.clamp(0.0, ONE_MINUS_EPSILON);
+        }
+        let sample = chosen.sample(at, wo, choice, u)?;
         if sample.specular {
             // The share of the light is the share of the samples.
             return Some(sample);
@@ -85,15 +166,23 @@ impl Material for Mix {
     }
 
     fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
+        self.sum(at, SampledSpectrum::ZERO, |m| m.reflectance(at, wo))
+    }
+
+    fn parts(&self, at: &Shading) -> Option<[(&dyn Material, f32); 2]> {
         let [first, second] = self.shares(at);
-        self.materials[0].reflectance(at, wo) * first + self.materials[1].reflectance(at, wo) * second
+        Some([(&*self.materials[0], first), (&*self.materials[1], second)])
+    }
+
+    fn evaluations(&self) -> u64 {
+        self.evaluations
     }
 
     fn is_specular(&self) -> bool {
-        self.materials.iter().all(|m| m.is_specular())
+        self.is_specular
     }
 
     fn chooses_directions(&self) -> bool {
-        self.materials.iter().any(|m| m.chooses_directions())
+        self.chooses_directions
     }
 }

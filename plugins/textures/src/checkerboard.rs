@@ -20,6 +20,7 @@
 
 use crate::mapping::UvMapping;
 use bhs_core::Plugin;
+use bhs_core::composite::{Composite, KnownParts, evaluations};
 use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::SampledSpectrum;
@@ -31,6 +32,7 @@ pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "checkerboard", summary: 
 struct Checkerboard {
     values: [TextureInput; 2],
     mapping: UvMapping,
+    evaluations: u64,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Texture>> {
@@ -41,7 +43,9 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
         p.reject("dimension", format!("`dimension` is {dimension}"), "only 2 is possible");
     }
     let mapping = UvMapping::read(p);
-    Some(Box::new(Checkerboard { values: [tex1, tex2], mapping }))
+    // One of the two is asked.
+    let evaluations = evaluations([tex1.evaluations().max(tex2.evaluations())]);
+    Some(Box::new(Checkerboard { values: [tex1, tex2], mapping, evaluations }))
 }
 
 impl Checkerboard {
@@ -55,10 +59,28 @@ impl Checkerboard {
 
 impl Texture for Checkerboard {
     fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        self.value(at).spectrum(at)
+        self.spectrum_with(at, &mut KnownParts::new(self.evaluations))
     }
 
     fn float(&self, at: &Shading) -> f32 {
-        self.value(at).float(at)
+        self.float_with(at, &mut KnownParts::new(self.evaluations))
+    }
+
+    fn composite(&self) -> Option<&dyn Composite> {
+        Some(self)
+    }
+}
+
+impl Composite for Checkerboard {
+    fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    fn spectrum_with(&self, at: &Shading, known: &mut KnownParts) -> SampledSpectrum {
+        self.value(at).spectrum_with(at, known)
+    }
+
+    fn float_with(&self, at: &Shading, known: &mut KnownParts) -> f32 {
+        self.value(at).float_with(at, known)
     }
 }

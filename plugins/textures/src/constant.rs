@@ -10,6 +10,7 @@
 //! ```
 
 use bhs_core::Plugin;
+use bhs_core::composite::{Composite, KnownParts, evaluations};
 use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::SampledSpectrum;
@@ -33,5 +34,23 @@ impl Texture for Constant {
 
     fn float(&self, at: &Shading) -> f32 {
         self.value.float(at)
+    }
+
+    fn composite(&self) -> Option<&dyn Composite> {
+        Some(self)
+    }
+}
+
+impl Composite for Constant {
+    fn evaluations(&self) -> u64 {
+        evaluations([self.value.evaluations()])
+    }
+
+    fn spectrum_with(&self, at: &Shading, known: &mut KnownParts) -> SampledSpectrum {
+        self.value.spectrum_with(at, known)
+    }
+
+    fn float_with(&self, at: &Shading, known: &mut KnownParts) -> f32 {
+        self.value.float_with(at, known)
     }
 }

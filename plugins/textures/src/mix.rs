@@ -12,6 +12,7 @@
 //! ```
 
 use bhs_core::Plugin;
+use bhs_core::composite::{Composite, KnownParts, evaluations};
 use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::SampledSpectrum;
@@ -24,23 +25,43 @@ struct Mix {
     tex1: TextureInput,
     tex2: TextureInput,
     amount: FloatParameter,
+    evaluations: u64,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Texture>> {
     let tex1 = p.texture_input("tex1", 0.0, "the value where `amount` is 0");
     let tex2 = p.texture_input("tex2", 1.0, "the value where `amount` is 1");
     let amount = p.float_parameter("amount", 0.5, 0.0..=1.0, "", "0 to 1");
-    Some(Box::new(Mix { tex1, tex2, amount }))
+    let evaluations = evaluations([tex1.evaluations(), tex2.evaluations(), amount.evaluations()]);
+    Some(Box::new(Mix { tex1, tex2, amount, evaluations }))
 }
 
 impl Texture for Mix {
     fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        let amount = self.amount.at(at);
-        self.tex1.spectrum(at) * (1.0 - amount) + self.tex2.spectrum(at) * amount
+        self.spectrum_with(at, &mut KnownParts::new(self.evaluations))
     }
 
     fn float(&self, at: &Shading) -> f32 {
-        let amount = self.amount.at(at);
-        self.tex1.float(at) * (1.0 - amount) + self.tex2.float(at) * amount
+        self.float_with(at, &mut KnownParts::new(self.evaluations))
+    }
+
+    fn composite(&self) -> Option<&dyn Composite> {
+        Some(self)
+    }
+}
+
+impl Composite for Mix {
+    fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    fn spectrum_with(&self, at: &Shading, known: &mut KnownParts) -> SampledSpectrum {
+        let amount = self.amount.at_with(at, known);
+        self.tex1.spectrum_with(at, known) * (1.0 - amount) + self.tex2.spectrum_with(at, known) * amount
+    }
+
+    fn float_with(&self, at: &Shading, known: &mut KnownParts) -> f32 {
+        let amount = self.amount.at_with(at, known);
+        self.tex1.float_with(at, known) * (1.0 - amount) + self.tex2.float_with(at, known) * amount
     }
 }

@@ -11,6 +11,7 @@
 //! ```
 
 use bhs_core::Plugin;
+use bhs_core::composite::{Composite, KnownParts, evaluations};
 use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::SampledSpectrum;
@@ -22,20 +23,40 @@ pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "scale", summary: "a text
 struct Scale {
     tex: TextureInput,
     scale: FloatParameter,
+    evaluations: u64,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Texture>> {
     let tex = p.texture_input("tex", 1.0, "what is scaled");
     let scale = p.float_parameter("scale", 1.0, 0.0..=f64::from(f32::MAX), "", "the factor");
-    Some(Box::new(Scale { tex, scale }))
+    let evaluations = evaluations([tex.evaluations(), scale.evaluations()]);
+    Some(Box::new(Scale { tex, scale, evaluations }))
 }
 
 impl Texture for Scale {
     fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        self.tex.spectrum(at) * self.scale.at(at)
+        self.spectrum_with(at, &mut KnownParts::new(self.evaluations))
     }
 
     fn float(&self, at: &Shading) -> f32 {
-        self.tex.float(at) * self.scale.at(at)
+        self.float_with(at, &mut KnownParts::new(self.evaluations))
+    }
+
+    fn composite(&self) -> Option<&dyn Composite> {
+        Some(self)
+    }
+}
+
+impl Composite for Scale {
+    fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    fn spectrum_with(&self, at: &Shading, known: &mut KnownParts) -> SampledSpectrum {
+        self.tex.spectrum_with(at, known) * self.scale.at_with(at, known)
+    }
+
+    fn float_with(&self, at: &Shading, known: &mut KnownParts) -> f32 {
+        self.tex.float_with(at, known) * self.scale.at_with(at, known)
     }
 }

@@ -24,7 +24,9 @@ impl Resolver<'_> {
             }
         };
         let name = call.name.clone();
-        if let Some(first) = self.scene.textures.iter().find(|t| t.name.value == name.value && t.is_float == is_float) {
+        let known = &mut self.textures[usize::from(is_float)];
+        let index = *known.entry(name.value.clone()).or_insert(self.scene.textures.len());
+        if let Some(first) = self.scene.textures.get(index) {
             let first = first.name.span;
             self.found.push(
                 Diagnostic::error("duplicate-texture", format!("texture `{}` is defined twice", shorten(&name.value)))

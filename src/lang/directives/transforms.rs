@@ -3,7 +3,6 @@
 use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, Resolver};
 use crate::lang::transform::{self, NotAffine};
-use bhs_core::diagnostics::did_you_mean;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
@@ -86,7 +85,7 @@ impl Resolver<'_> {
         if let Some(t) = self.systems.get(&call.name.value) {
             self.state.ctm = Arc::new(*t);
         } else if !self.scene.incomplete {
-            let near = did_you_mean(&call.name.value, self.systems.keys().map(String::as_str));
+            let near = self.suggestions.near(&call.name.value, self.systems.keys().map(String::as_str));
             let help = near.map_or_else(|| "name one with `CoordinateSystem`".to_owned(), |n| format!("did you mean `{n}`?"));
             let message = format!("unknown coordinate system `{}`", shorten(&call.name.value));
             self.error("unknown-coordinate-system", message, call.name.span, "", help);

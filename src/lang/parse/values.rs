@@ -102,7 +102,7 @@ impl Lower<'_> {
                 Some(s) => d.and(s.span, "is a `]` missing before this?"),
                 None => d.help("put numbers, texts and `true`/`false` into lists of their own"),
             };
-            self.faults.push(d);
+            self.add(d);
             return None;
         }
         if !strings.is_empty() {

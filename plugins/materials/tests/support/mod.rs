@@ -101,10 +101,19 @@ impl Named for Things {
 
 /// The material, what was found, and the table of parameters.
 pub fn try_build(plugin: &str, params: &[Param]) -> (Option<Box<dyn Material>>, Vec<Diagnostic>, Vec<ParamInfo>) {
+    try_build_among(&Things, plugin, params)
+}
+
+/// As [`try_build`], in a scene with the given things.
+pub fn try_build_among(
+    things: &dyn Named,
+    plugin: &str,
+    params: &[Param],
+) -> (Option<Box<dyn Material>>, Vec<Diagnostic>, Vec<ParamInfo>) {
     let context = Context {
         files: &NoFiles,
         spectra: &Builder,
-        named: &Things,
+        named: things,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         hole: None,
