@@ -57,6 +57,10 @@ impl OutputFile {
             if found.permissions().readonly() || !may_write(&real)? {
                 return Err("the file is read-only".into());
             }
+            if is_kept_from_others(found, folder) {
+                let folder = folder.display();
+                return Err(format!("the file belongs to somebody else, and `{folder}` keeps it from being replaced"));
+            }
         }
         if !may_write(folder)? {
             return Err(format!("the folder `{}` is read-only", folder.display()));
@@ -162,6 +166,21 @@ fn may_write(path: &Path) -> Result<bool, String> {
     }
     let _ = path;
     Ok(true)
+}
+
+/// Whether a folder, as `/tmp` does, lets only their owners replace files, and this is none of ours.
+#[cfg(unix)]
+fn is_kept_from_others(file: &Metadata, folder: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    const STICKY: u32 = 0o1000;
+    let own = rustix::process::geteuid();
+    fs::metadata(folder)
+        .is_ok_and(|folder| folder.mode() & STICKY != 0 && !own.is_root() && ![file.uid(), folder.uid()].contains(&own.as_raw()))
+}
+
+#[cfg(not(unix))]
+fn is_kept_from_others(_: &Metadata, _: &Path) -> bool {
+    false
 }
 
 /// What is wrong with the folder of an output, in words.

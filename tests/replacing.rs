@@ -92,6 +92,30 @@ fn what_dead_processes_left_is_cleared_and_what_living_ones_write_is_not() {
     assert!(!folder.at(alive).exists());
 }
 
+/// A file of somebody else's, in a folder that keeps it from being replaced, as `/tmp` does.
+#[test]
+#[cfg(target_os = "linux")]
+fn what_belongs_to_somebody_else_is_found_before_rendering() {
+    let folder = Folder::new(SMALL);
+    fs::create_dir(folder.at("shared")).expect("writable");
+    folder.write("shared/x.exr", "theirs");
+    for (name, mode) in [("", 0o755), ("shared", 0o1777), ("shared/x.exr", 0o666)] {
+        fs::set_permissions(folder.at(name), fs::Permissions::from_mode(mode)).expect("its mode can be set");
+    }
+    // Another user: only root may become one, and be kept out by the folder of the program.
+    let other = "setpriv --reuid 65534 --regid 65534 --clear-groups";
+    if folder.shell(&format!("{other} \"$BHS\" --version")).code != 0 {
+        common::skipped("this user cannot become another, or that one cannot start the program");
+        return;
+    }
+    let run = folder.shell(&format!("{other} \"$BHS\" render scene.bhs -o shared/x.exr"));
+    assert!(run.code == 1 && run.err.contains("belongs to somebody else"), "{run:?}");
+    assert_eq!(
+        (folder.files(), folder.read("shared/x.exr")),
+        (vec!["scene.bhs".into(), "shared/x.exr".into()], b"theirs".to_vec())
+    );
+}
+
 #[test]
 fn a_killed_render_leaves_nothing_and_changes_nothing() {
     let folder = Folder::new(SMALL);

@@ -115,7 +115,9 @@ impl Drop for Temporary {
 ///
 /// # Errors
 /// If one cannot be moved: the later ones are not either.
-pub(super) fn publish(all: Vec<Staged>) -> Result<()> {
+pub(super) fn publish(mut all: Vec<Staged>) -> Result<()> {
+    // Those first that take the place of others: that is what the system may refuse.
+    all.sort_by_key(|staged| staged.file.replaced.is_none());
     for staged in &all {
         if staged.file.real_path().is_dir() {
             bail!("{}: there is a directory of that name now", staged.file.cannot_write());
