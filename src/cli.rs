@@ -97,8 +97,8 @@ pub struct SceneArgs {
     /// Integrator of light rays, in place of the scene's
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
-    /// Seed of all random numbers
-    #[arg(long, value_name = "N")]
+    /// Seed of all random numbers, from 0 to 9223372036854775807
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=crate::lang::LARGEST_SEED))]
     pub seed: Option<u64>,
 }
 
@@ -167,6 +167,12 @@ pub struct RenderArgs {
     /// Write what it took as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
+    /// Replay one sample of this pixel, counted from the upper left corner, print its path as JSON, and write no file
+    #[arg(long, value_name = "X,Y", value_parser = pixel, requires = "sample", conflicts_with_all = ["output", "stats", "false_color"])]
+    pub pixel: Option<[u32; 2]>,
+    /// Which sample of the pixel to replay, counted from 0
+    #[arg(long, value_name = "N", requires = "pixel")]
+    pub sample: Option<u32>,
 }
 
 impl RenderArgs {
@@ -237,6 +243,14 @@ fn crop(text: &str) -> Result<[f64; 4], String> {
     match numbers.as_deref() {
         Ok(&[x0, x1, y0, y1]) if 0.0 <= x0 && x0 < x1 && x1 <= 1.0 && 0.0 <= y0 && y0 < y1 && y1 <= 1.0 => Ok([x0, x1, y0, y1]),
         _ => Err("expected four numbers between 0 and 1, from below to: x0,x1,y0,y1".into()),
+    }
+}
+
+fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let numbers = text.split_once(',').map(|(x, y)| (x.trim().parse(), y.trim().parse()));
+    match numbers {
+        Some((Ok(x), Ok(y))) => Ok([x, y]),
+        _ => Err("expected column and row, counted from 0, such as 12,34".into()),
     }
 }
 

@@ -18,6 +18,7 @@ mod bench;
 mod outputs;
 mod picture;
 mod render;
+mod replay;
 
 pub use bench::bench;
 use outputs::{Naming, Outputs};

@@ -63,6 +63,11 @@ pub struct Framebuffer {
 }
 
 impl Tile {
+    /// The number here of a pixel of the whole frame that lies within.
+    pub fn index(&self, [x, y]: [u32; 2]) -> usize {
+        ((y - self.origin[1]) * self.size[0] + (x - self.origin[0])) as usize
+    }
+
     /// Adds a sample's values of all layers to the pixel `i`; the samples of a pixel come in their order.
     pub fn add_layers(&mut self, i: usize, layers: &[Layer], values: impl Iterator<Item = Option<Value>>, weight: f64) {
         let mut sums = &mut self.layers[i * numbers(layers)..];
@@ -180,13 +185,46 @@ impl Framebuffer {
         self.each_pixel(|pixel, tile, i| {
             if tile.weights[i] != 0.0 {
                 for c in 0..n {
-                    data[pixel * n + c] = (tile.sums[i * n + c] / tile.weights[i]) as f32;
+                    data[pixel * n + c] = single_precision(tile.sums[i * n + c] / tile.weights[i]);
                 }
             }
         });
         let [x0, x1, y0, y1] = self.crop.map(|c| c as usize);
         let frame = Frame { offset: [x0, y0], size: self.frame.map(|s| s as usize) };
         Picture { size: [x1 - x0, y1 - y0], frame, channels: self.channels.clone(), data }
+    }
+
+    /// The channels of the picture and of its layers, in their order, that have values beyond single precision, in which files keep them:
+    /// sums of finite samples may be so large, and squares of them in the variance.
+    pub fn beyond_single_precision(&self) -> Vec<BeyondSinglePrecision> {
+        let mut found: Vec<BeyondSinglePrecision> = Vec::new();
+        let [x0, x1, y0, _] = self.crop;
+        let mut note = |channel: &str, pixel: usize| match found.iter_mut().find(|f| f.channel == channel) {
+            Some(known) => known.pixels += 1,
+            None => {
+                let width = (x1 - x0) as usize;
+                let first = [x0 + (pixel % width) as u32, y0 + (pixel / width) as u32];
+                found.push(BeyondSinglePrecision { channel: channel.to_owned(), pixels: 1, first });
+            }
+        };
+        let n = self.channels.len();
+        self.each_pixel(|pixel, tile, i| {
+            for (channel, sum) in self.channels.iter().zip(&tile.sums[i * n..]) {
+                if tile.weights[i] != 0.0 && !((sum / tile.weights[i]) as f32).is_finite() {
+                    note(channel, pixel);
+                }
+            }
+        });
+        for LayerPicture { layer, values } in self.layers() {
+            for (pixel, value) in values.iter().enumerate() {
+                for (channel, value) in layer.channels().iter().zip(value.unwrap_or_default()) {
+                    if !(value as f32).is_finite() {
+                        note(channel, pixel);
+                    }
+                }
+            }
+        }
+        found
     }
 
     /// The layers as they stand, in the film's order.
@@ -217,6 +255,23 @@ impl Framebuffer {
             }
         }
     }
+}
+
+/// A channel with values that single precision cannot hold.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BeyondSinglePrecision {
+    /// Its name.
+    pub channel: String,
+    /// How many pixels have such a value.
+    pub pixels: u64,
+    /// Column and row of one of them in the whole frame.
+    pub first: [u32; 2],
+}
+
+/// A value as files keep it: the largest number of its sign in place of what is larger, and 0 for what is no number. Where that happens,
+/// [`Framebuffer::beyond_single_precision`] tells.
+pub fn single_precision(value: f64) -> f32 {
+    if value.is_nan() { 0.0 } else { value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 }
 }
 
 /// A layer of a whole picture.

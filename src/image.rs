@@ -1,6 +1,7 @@
 //! Pictures in memory, and their EXR and PNG files.
 
-use crate::film::LayerPicture;
+use crate::film::{LayerPicture, single_precision};
+use crate::header::Attribute;
 use anyhow::{Context, Result, bail};
 use exr::prelude as exrs;
 use std::io::Write;
@@ -28,15 +29,6 @@ pub struct Frame {
     pub size: [usize; 2],
 }
 
-/// What an EXR header says about how the picture was made.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Attribute {
-    /// Words.
-    Text(String),
-    /// A number.
-    Number(f64),
-}
-
 impl Picture {
     /// The same picture with layers as further channels; 0 where a layer has no value.
     pub fn with_layers(self, layers: &[LayerPicture]) -> Self {
@@ -49,7 +41,7 @@ impl Picture {
         for (i, color) in self.data.chunks_exact(self.channels.len()).enumerate() {
             data.extend_from_slice(color);
             for LayerPicture { layer, values } in layers {
-                data.extend(values[i].unwrap_or_default()[..layer.channels().len()].iter().map(|v| *v as f32));
+                data.extend(values[i].unwrap_or_default()[..layer.channels().len()].iter().copied().map(single_precision));
             }
         }
         Self { channels, data, ..self }
@@ -86,23 +78,19 @@ impl Picture {
             exrs::AnyChannel::new(name.as_str(), exrs::FlatSamples::F32(samples))
         });
         let channels = exrs::AnyChannels::sort(channels.collect());
-        let mut layer_attributes = exrs::LayerAttributes {
+        let layer_attributes = exrs::LayerAttributes {
             layer_position: exrs::Vec2(self.frame.offset[0] as i32, self.frame.offset[1] as i32),
             software_name: Some(concat!("bhs ", env!("CARGO_PKG_VERSION")).into()),
             ..Default::default()
         };
-        for (name, value) in attributes {
-            let value = match value {
-                Attribute::Text(t) => exrs::AttributeValue::Text(t.as_str().into()),
-                Attribute::Number(x) => exrs::AttributeValue::F64(*x),
-            };
-            layer_attributes.other.insert(name.as_str().into(), value);
-        }
         let size = exrs::Vec2(self.size[0], self.size[1]);
         let layer = exrs::Layer::new(size, layer_attributes, exrs::Encoding::SMALL_LOSSLESS, channels);
         let mut image = exrs::Image::from_layer(layer);
         image.attributes.display_window =
             exrs::IntegerBounds::from_dimensions(exrs::Vec2(self.frame.size[0], self.frame.size[1]));
+        for (name, value) in attributes {
+            value.put_into(&mut image, name);
+        }
         // One thread, so that the bytes do not depend on how many there are.
         use exrs::WritableImage;
         image.write().non_parallel().to_buffered(to)?;

@@ -13,19 +13,19 @@ pub use waves::{Limits, Wave};
 use crate::film::{Framebuffer, Tile, TileProgress};
 use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
+use crate::not_finite::{FirstSamples, SampleId};
 use crate::progress::Progress;
+use crate::sample::CameraSample;
 use crate::signals::{Signals, StopSignal};
 use arrayvec::ArrayVec;
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::integrator::Ray;
 use bhs_core::layer::Layer;
-use bhs_core::observer::Observer;
 use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::scene::Scene;
-use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
+use bhs_core::spectrum::VisibleWavelengths;
 use bhs_core::stats::{Counters, TraceLog};
 use bhs_core::transport::{BATCH, LightTransport, PathSample};
-use glam::DVec2;
 use std::sync::Arc;
 
 /// Everything that a render needs.
@@ -72,6 +72,8 @@ pub struct Rendered {
     pub frame: Arc<Framebuffer>,
     /// What was counted.
     pub counters: Counters,
+    /// The first of the samples that were not finite and were left out; `counters` says how many there are.
+    pub not_finite: FirstSamples,
     /// Samples that every pixel has at least.
     pub samples: u32,
     /// Samples that the pixel with the most has.
@@ -119,9 +121,10 @@ struct TileWork<'a> {
 impl TileWork<'_> {
     /// Goes on with the range of samples that is under way in a tile, until it is done or `pause` says so, which is asked after every
     /// [`BATCH`] of samples.
-    fn advance(&self, tile: &mut Tile, pause: impl Fn() -> bool) -> Counters {
+    fn advance(&self, tile: &mut Tile, pause: impl Fn() -> bool) -> Counted {
         let Self { job, channels, .. } = *self;
         let mut log = TraceLog::default();
+        let mut not_finite = FirstSamples::default();
         let [lo, hi] = job.film.lambda_range();
         let wavelengths = VisibleWavelengths::new(lo, hi);
         let wants_variance = job.film.layers().contains(&Layer::Variance);
@@ -130,30 +133,34 @@ impl TileWork<'_> {
         // Pixel after pixel.
         let all = tile.weights.len() * samples;
         let mut rest = (position as usize..all).map(|at| (at / samples, done + (at % samples) as u32));
-        let (mut seen, mut paths) = (ArrayVec::<Seen, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
+        let (mut seen, mut paths) = (ArrayVec::<CameraSample, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
         while tile.progress.position > 0 || tile.progress.done < end {
             for (i, index) in rest.by_ref().take(BATCH) {
                 let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
                 let stream = SampleStream::of_wave(job.sampler, pixel, index, self.wave);
-                let (sample, path) = Seen::new(job, &wavelengths, i, pixel, stream);
+                let (sample, path) = CameraSample::new(job, &wavelengths, SampleId { pixel, sample: index }, stream);
                 seen.push(sample);
                 paths.push(path);
             }
             let rays: ArrayVec<Ray, BATCH> = paths.iter().map(|p| p.ray).collect();
             job.transport.radiance_all(job.scene, &mut paths, &mut log);
             for ((seen, path), ray) in seen.iter().zip(&paths).zip(rays) {
+                let pixel = tile.index(seen.id.pixel);
                 if let Some(layers) = self.layers {
-                    tile.add_layers(seen.pixel, job.film.layers(), layers.values(&ray), f64::from(seen.weight));
+                    tile.add_layers(pixel, job.film.layers(), layers.values(&ray), f64::from(seen.weight));
                 }
-                let sums = &mut tile.sums[seen.pixel * channels..][..channels];
+                let sums = &mut tile.sums[pixel * channels..][..channels];
                 let before = wants_variance.then(|| color(sums));
-                let weight = seen.add(job, path, sums, &mut log);
+                let weight = seen.add(job, path, sums, &mut log).unwrap_or_else(|| {
+                    not_finite.insert(seen.id);
+                    0.0
+                });
                 if let Some(before) = before.filter(|_| weight != 0.0) {
                     let after = color(sums);
                     let sample = std::array::from_fn(|c| (after[c] - before[c]) / weight);
-                    tile.add_variance(seen.pixel, job.film.layers(), sample);
+                    tile.add_variance(pixel, job.film.layers(), sample);
                 }
-                tile.weights[seen.pixel] += weight;
+                tile.weights[pixel] += weight;
             }
             tile.progress.position += paths.len() as u32;
             if tile.progress.position as usize >= all {
@@ -165,72 +172,18 @@ impl TileWork<'_> {
                 break;
             }
         }
-        log.counters
+        Counted { counters: log.counters, not_finite }
     }
+}
+
+/// What is counted in a part of a render. The order of parts does not matter.
+#[derive(Clone, Default)]
+struct Counted {
+    counters: Counters,
+    not_finite: FirstSamples,
 }
 
 /// Red, green and blue, with which all films begin.
 fn color(sums: &[f64]) -> [f64; 3] {
     std::array::from_fn(|c| sums.get(c).copied().unwrap_or_default())
-}
-
-/// One sample of one pixel, as its observer sees it.
-struct Seen {
-    /// Number of the pixel in its tile.
-    pixel: usize,
-    /// The filter's weight.
-    weight: f32,
-    /// Wavelengths where the ray starts.
-    lambda: SampledWavelengths,
-    /// Wavelength where the ray starts over wavelength at E = 1, of the light that arrives along it; `None` where there is no static observer.
-    ratio: Option<f64>,
-}
-
-impl Seen {
-    /// The sample, and the path that is to be followed for it.
-    fn new<'a>(
-        job: &Job<'a>,
-        wavelengths: &VisibleWavelengths,
-        number: usize,
-        pixel: [u32; 2],
-        mut stream: SampleStream<'a>,
-    ) -> (Self, PathSample<'a>) {
-        let (offset, weight) = job.filter.sample(stream.next_2d());
-        let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
-        let view = job.camera.ray(raster, stream.next_2d());
-        let lambda = wavelengths.sample(stream.next_1d());
-        let observer = job.scene.observer(view.origin);
-        let direction = observer.unwrap_or(Observer::FLAT).chart_direction(view.direction);
-        let ray = Ray { origin: view.origin, direction, footprint: job.scene.footprints.camera };
-        let seen = Self { pixel: number, weight, lambda, ratio: observer.map(|o| o.ratio(direction)) };
-        let along = match seen.ratio {
-            Some(ratio) if ratio != 1.0 => SampledWavelengths { lambda_nm: lambda.at(ratio.recip() as f32), ..lambda },
-            _ => lambda,
-        };
-        (seen, PathSample { ray, lambda: along, stream, radiance: SampledSpectrum::ZERO })
-    }
-
-    /// Adds what `path` has found to the pixel's sums and returns the weight that it has there.
-    fn add(&self, job: &Job, path: &PathSample, sums: &mut [f64], log: &mut TraceLog) -> f64 {
-        log.counters.paths += 1;
-        let radiance = self.received(job, path.radiance, log);
-        if !radiance.is_finite() {
-            log.counters.not_finite += 1;
-            return 0.0;
-        }
-        job.film.add(radiance * self.weight, &self.lambda, sums);
-        f64::from(self.weight)
-    }
-
-    /// The spectral radiance `radiance` at E = 1 as the observer measures it where the ray starts.
-    fn received(&self, job: &Job, radiance: SampledSpectrum, log: &mut TraceLog) -> SampledSpectrum {
-        match self.ratio {
-            Some(1.0) => radiance,
-            Some(ratio) => radiance * job.scene.radiance_factor(ratio.recip()),
-            None => {
-                log.counters.inside_horizon += 1;
-                SampledSpectrum::ZERO
-            }
-        }
-    }
 }

@@ -21,6 +21,7 @@ mod identity;
 
 pub use identity::Identity;
 
+use crate::not_finite::{FirstSamples, SampleId};
 use crate::output::OutputFile;
 use crate::render::{RenderState, Snapshot, Wave};
 use anyhow::{Context, Result, anyhow};
@@ -238,7 +239,8 @@ pub fn read(from: impl Read, identity: &Identity, fixed_samples: bool, state: &m
 
 fn statistics(snapshot: &Snapshot) -> Value {
     let counts: serde_json::Map<_, _> = snapshot.counters.named().map(|(name, n)| (name.to_owned(), json!(n))).collect();
-    json!({ "waves": snapshot.waves, "seconds": snapshot.seconds, "counts": counts })
+    let samples = snapshot.not_finite.iter().map(|s| json!([s.pixel[0], s.pixel[1], s.sample])).collect::<Vec<_>>();
+    json!({ "waves": snapshot.waves, "seconds": snapshot.seconds, "counts": counts, "samples_not_finite": samples })
 }
 
 fn from_statistics(text: &[u8]) -> Option<Snapshot> {
@@ -247,7 +249,12 @@ fn from_statistics(text: &[u8]) -> Option<Snapshot> {
     for (name, count) in value["counts"].as_object()? {
         *counters.by_name_mut(name)? = count.as_u64()?;
     }
+    let mut not_finite = FirstSamples::default();
+    for sample in value["samples_not_finite"].as_array()? {
+        let number = |i: usize| u32::try_from(sample[i].as_u64()?).ok();
+        not_finite.insert(SampleId { pixel: [number(0)?, number(1)?], sample: number(2)? });
+    }
     let waves = value["waves"].as_u64()?.try_into().ok()?;
     let seconds = value["seconds"].as_f64().filter(|s| *s >= 0.0)?;
-    Some(Snapshot { waves, counters, seconds, memory: Vec::new() })
+    Some(Snapshot { waves, counters, not_finite, seconds, memory: Vec::new() })
 }

@@ -1,12 +1,13 @@
 //! The files of a picture: their names, and how they are written.
 
-use super::render::{closing_words, provenance, stats_json};
+use super::render::{closing_words, stats_json};
 use crate::checkpoint::previous;
 use crate::cli::RenderArgs;
 use crate::false_color::{self, FalseColor};
 use crate::files::FileId;
 use crate::film::LayerPicture;
-use crate::image::{self, Attribute, Picture};
+use crate::header::{self, Attribute};
+use crate::image::{self, Picture};
 use crate::lang::BuiltScene;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue, Writer};
 use crate::render::Rendered;
@@ -199,7 +200,7 @@ impl Outputs {
     /// If they cannot be written.
     pub fn write_partial(&self, built: &BuiltScene, rendered: &Rendered) -> Result<()> {
         let picture = rendered.frame.picture();
-        let (layers, attributes) = (rendered.frame.layers(), provenance(built, rendered));
+        let (layers, attributes) = (rendered.frame.layers(), header::attributes(built, rendered));
         let mut set = OutputSet::new();
         set.add(self.as_far_as_mine(&self.png), |to| picture.write_png(to, |pixel| built.film.display(pixel)));
         set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
@@ -217,7 +218,7 @@ impl Outputs {
     pub fn write(&self, built: &BuiltScene, rendered: &Rendered, phases: &mut Phases, quiet: bool, rescue: &Rescue) -> Kept {
         let exr_path = self.exr.path().to_owned();
         let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
-        let attributes = provenance(built, rendered);
+        let attributes = header::attributes(built, rendered);
         let size = picture.size;
         let mut set = OutputSet::new();
         set.add(self.as_far_as_mine(&self.png), |to| picture.write_png(to, |pixel| built.film.display(pixel)));

@@ -1,9 +1,11 @@
 //! One picture of `bhs render`: from the first sample, or from a checkpoint, to its files.
 
 use super::outputs::Outputs;
+use super::replay;
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
 use crate::lang::BuiltScene;
+use crate::not_finite::{self, SampleId};
 use crate::output::{Kept, Rescue};
 use crate::progress::Progress;
 use crate::render::{Ended, Job, Limits, RenderState};
@@ -86,7 +88,10 @@ impl Session<'_> {
         if let Err(error) = &saved {
             say!("error: {error:#}");
         }
-        let kept = outputs.write(built, &state.rendered(ended), phases, args.quiet, rescue);
+        let rendered = state.rendered(ended);
+        let replay = |sample: &SampleId| replay::command(args, built.camera_name.as_deref(), sample);
+        not_finite::warnings(&rendered, built.seed, replay).iter().for_each(|line| say!("{line}"));
+        let kept = outputs.write(built, &rendered, phases, args.quiet, rescue);
         Ok((ended, saved.is_ok() && kept == Kept::InPlace))
     }
 

@@ -2,10 +2,10 @@
 
 use super::outputs::{Naming, Outputs};
 use super::picture::Session;
-use super::{Common, ExitStatus, load, overrides, show};
+use super::{Common, ExitStatus, load, overrides, replay, show};
 use crate::cli::RenderArgs;
-use crate::image::Attribute;
 use crate::lang::{BuiltScene, Overrides};
+use crate::not_finite::{self, SampleId};
 use crate::output::{self, Plan, Rescue};
 use crate::render::{Ended, Rendered};
 use crate::say;
@@ -31,6 +31,9 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
         quick: args.quick,
         ..overrides(&args.scene_args)
     };
+    if let (Some(pixel), Some(sample)) = (args.pixel, args.sample) {
+        return replay::replay(args, &overrides, SampleId { pixel, sample }, common);
+    }
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");
     if args.false_color && built.film.layers().is_empty() {
@@ -75,31 +78,6 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     Ok(status)
 }
 
-/// What the EXR header says of the picture's making.
-pub(super) fn provenance(built: &BuiltScene, rendered: &Rendered) -> Vec<(String, Attribute)> {
-    let c = &rendered.counters;
-    let queries = c.queries as f64 / c.geodesics.max(1) as f64;
-    let numbers = [
-        ("bhs:spp", f64::from(rendered.samples)),
-        ("bhs:seconds", rendered.seconds),
-        ("bhs:firstSample", 0.0),
-        ("bhs:lastSample", f64::from(rendered.most_samples.saturating_sub(1))),
-        ("bhs:queriesPerGeodesic", queries),
-    ];
-    let texts = [
-        ("bhs:version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("bhs:scene", built.hash.clone()),
-        ("bhs:seed", built.seed.to_string()),
-        ("bhs:integrator", built.integrator_name.clone()),
-        ("bhs:transport", built.transport_name.clone()),
-        ("bhs:stopped", rendered.ended.name().to_owned()),
-    ];
-    let numbers = numbers.into_iter().map(|(n, v)| (n.to_owned(), Attribute::Number(v)));
-    let camera = built.camera_name.iter().map(|name| ("bhs:camera", name.clone()));
-    let texts = texts.into_iter().chain(camera).map(|(n, v)| (n.to_owned(), Attribute::Text(v)));
-    texts.chain(numbers).collect()
-}
-
 pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -118,6 +96,7 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
         "triangles": built.load.triangles,
         "zero_area_triangles_dropped": built.load.zero_area_triangles,
         "counts": counters_to_json(&rendered.counters),
+        "not_finite": not_finite::to_json(rendered),
     })
 }
 
@@ -136,9 +115,6 @@ pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
         rendered.samples,
         phases.total()
     );
-    if c.not_finite > 0 {
-        say!("warning: {} samples were not finite and were left out; this is a fault of bhs, please report it", c.not_finite);
-    }
     if c.out_of_steps > 0 {
         say!("warning: {} rays ran out of steps and count as black; raise the integrator's `maxsteps`", c.out_of_steps);
     }

@@ -9,6 +9,7 @@ use crate::lang::instances::{self, ObjectPart};
 use crate::lang::names::{Names, Pictures};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::parse::MAX_ERRORS;
+use crate::lang::seed;
 use crate::lang::source::SourceMap;
 use crate::registry::{Kind, Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter};
@@ -116,7 +117,7 @@ pub fn build(
 
     // What the other plugins may ask for comes first: seed, film, hole.
     let context = bare_context(sources, registry.spectra());
-    let (seed, intersector) = build_options(&settings.options, registry, context, &mut found);
+    let (seed, intersector) = build_options(&settings.options, registry, context, sources, &mut found);
     let seed = overrides.seed.unwrap_or(seed);
     let context = Context { seed, ..context };
     let mut film = registry.create::<dyn Film>(&settings.film, context, &mut found);
@@ -238,17 +239,17 @@ pub(super) fn build_options(
     options: &[Param],
     registry: &Registry,
     context: Context,
+    sources: &SourceMap,
     found: &mut Vec<Diagnostic>,
 ) -> (u64, Spanned<String>) {
     let default = registry.names::<dyn IntersectorBuilder>().first().copied().unwrap_or("embree");
     let owner = Spanned::new("Option".to_owned(), options.first().map_or(Span::default(), |p| p.name.span));
     let p = Params::new(owner, options, context);
-    let seed = p.get("seed", 0_i64, "", "seed of all random numbers");
+    let seed = seed::read(&p, sources);
     let intersector = p.get("intersector", default.to_owned(), "", "what finds the surfaces along a chord");
     let intersector = Spanned::new(intersector, p.span_of("intersector"));
     found.extend(p.finish().0);
-    // Any 64 bits are a seed.
-    (seed as u64, intersector)
+    (seed, intersector)
 }
 
 fn find_intersector(

@@ -38,7 +38,7 @@ pub fn load_method(
     let (mut description, mut found) = resolve::resolve(sources, file);
     let settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
     let context = bare_context(sources, registry.spectra());
-    let (seed, _) = build::build_options(&settings.options, registry, context, &mut found);
+    let (seed, _) = build::build_options(&settings.options, registry, context, sources, &mut found);
     let context = Context { seed: overrides.seed.unwrap_or(seed), ..context };
     let film = registry.create::<dyn Film>(&settings.film, context, &mut found);
     let hole = description.black_hole.as_ref().and_then(|e| build_hole(e, context, &mut found));

@@ -21,12 +21,14 @@ pub mod format;
 mod hole;
 mod instances;
 mod lines;
+mod labels;
 mod method;
 mod names;
 mod objects;
 pub mod overrides;
 pub mod parse;
 pub mod resolve;
+mod seed;
 pub mod source;
 #[cfg(test)]
 mod tests;
@@ -36,8 +38,10 @@ mod views;
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
 pub use format::format;
+pub use labels::{Label, Labels, load_labelled};
 pub use method::{Method, load_method};
 pub use overrides::Overrides;
+pub use seed::LARGEST_SEED;
 pub use source::SourceMap;
 
 use crate::registry::Registry;

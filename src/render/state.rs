@@ -1,8 +1,9 @@
 //! A render under way: what the threads that render share with the one that saves.
 
-use super::{Ended, Job, Limits, Rendered, TileWork, Wave};
+use super::{Counted, Ended, Job, Limits, Rendered, TileWork, Wave};
 use crate::film::{Framebuffer, Tile};
 use crate::layers::LayerCollector;
+use crate::not_finite::FirstSamples;
 use crate::progress::Progress;
 use crate::signals::{Signals, StopSignal};
 use bhs_core::stats::Counters;
@@ -26,7 +27,7 @@ pub struct RenderState<'a> {
     frame: Arc<Framebuffer>,
     layers: Option<LayerCollector<'a>>,
     shared: RwLock<Shared>,
-    counters: Mutex<Counters>,
+    counted: Mutex<Counted>,
     /// Set while somebody waits for `shared`: threads let go of it after their batch.
     pause: AtomicBool,
     started: Instant,
@@ -55,6 +56,8 @@ pub struct Snapshot {
     pub waves: u32,
     /// What was counted.
     pub counters: Counters,
+    /// The first of the samples that were not finite.
+    pub not_finite: FirstSamples,
     /// Seconds of rendering.
     pub seconds: f64,
     /// What the light transport has learned: [`LightTransport::save`].
@@ -73,7 +76,7 @@ impl<'a> RenderState<'a> {
                 snapshot: 0,
                 sink: None,
             }),
-            counters: Mutex::default(),
+            counted: Mutex::default(),
             pause: AtomicBool::new(false),
             started: Instant::now(),
             seconds_before: 0.0,
@@ -93,7 +96,7 @@ impl<'a> RenderState<'a> {
             None => return Err("the light transport has no memory, and some was saved".to_owned()),
         }
         shared.wave = Wave(snapshot.waves);
-        *lock(&self.counters) = snapshot.counters;
+        *lock(&self.counted) = Counted { counters: snapshot.counters, not_finite: snapshot.not_finite };
         self.seconds_before = snapshot.seconds;
         Ok(())
     }
@@ -116,14 +119,14 @@ impl<'a> RenderState<'a> {
     /// Whether any pixel has a sample, asked in a moment between samples: threads at work count what they have first.
     pub fn pause_and_look(&self) -> bool {
         let _moment = self.shared_alone();
-        lock(&self.counters).paths > 0
+        lock(&self.counted).counters.paths > 0
     }
 
     /// What there is, and why it ended.
     pub fn rendered(&self, ended: Ended) -> Rendered {
         let [samples, most_samples] = self.frame.sample_counts();
-        let counters = *lock(&self.counters);
-        Rendered { frame: Arc::clone(&self.frame), counters, samples, most_samples, seconds: self.seconds(), ended }
+        let Counted { counters, not_finite } = lock(&self.counted).clone();
+        Rendered { frame: Arc::clone(&self.frame), counters, not_finite, samples, most_samples, seconds: self.seconds(), ended }
     }
 
     /// Renders on the current rayon pool until `limits` are reached or a signal stops it.
@@ -191,8 +194,11 @@ impl<'a> RenderState<'a> {
             let before = tile.samples();
             let counted = work.advance(&mut tile, || self.pause.load(Ordering::Relaxed) || over());
             // Within the moment: a snapshot has the counts of the samples that it has.
-            *lock(&self.counters) += counted;
-            progress.tile(tile.samples() - before, counted.geodesics);
+            let mut all = lock(&self.counted);
+            all.counters += counted.counters;
+            all.not_finite.merge(&counted.not_finite);
+            drop(all);
+            progress.tile(tile.samples() - before, counted.counters.geodesics);
         }
     }
 
@@ -211,9 +217,11 @@ impl<'a> RenderState<'a> {
             let mut shared = self.shared_alone();
             shared.snapshot = shared.snapshot.wrapping_add(1);
             shared.sink = Some(sink);
+            let Counted { counters, not_finite } = lock(&self.counted).clone();
             let snapshot = Snapshot {
                 waves: shared.wave.0,
-                counters: *lock(&self.counters),
+                counters,
+                not_finite,
                 seconds: self.seconds(),
                 memory: shared.memory.as_ref().map_or_else(Vec::new, |m| m.save()),
             };

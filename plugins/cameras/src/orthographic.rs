@@ -19,7 +19,7 @@
 
 use crate::screen::{Lens, Screen, nearest_in};
 use bhs_core::Plugin;
-use bhs_core::camera::{Camera, CameraRay};
+use bhs_core::camera::{Camera, CameraMatrices, CameraRay};
 use bhs_core::params::Params;
 use glam::{DAffine3, DVec2, DVec3, Vec2};
 
@@ -65,6 +65,13 @@ impl Camera for Orthographic {
     fn pixel_width(&self, _: f64) -> f64 {
         let m = self.render_from_camera.matrix3;
         self.screen.pixel() * m.x_axis.length().min(m.y_axis.length())
+    }
+
+    fn matrices(&self) -> Option<CameraMatrices> {
+        Some(CameraMatrices {
+            camera_from_render: self.render_from_camera.inverse(),
+            screen_from_camera: Some(self.screen.ndc_from_screen(self.resolution)),
+        })
     }
 
     fn rebase(&mut self, origin: DVec3) {

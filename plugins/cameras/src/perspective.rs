@@ -19,9 +19,9 @@
 
 use crate::screen::{Lens, Screen, nearest_in};
 use bhs_core::Plugin;
-use bhs_core::camera::{Camera, CameraRay};
+use bhs_core::camera::{Camera, CameraMatrices, CameraRay};
 use bhs_core::params::Params;
-use glam::{DAffine3, DVec2, DVec3, Vec2};
+use glam::{DAffine3, DMat4, DVec2, DVec3, DVec4, Vec2};
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Camera> =
@@ -33,13 +33,25 @@ struct Perspective {
     /// The screen at z = 1.
     screen: Screen,
     lens: Lens,
+    /// The film's far corner (pixels).
+    resolution: DVec2,
+}
+
+/// From camera space to the screen at z = 1, after division by the fourth coordinate. The third one, which OpenEXR ignores, is 0 and 1 at
+/// the distances 0.01 and 1000, as in pbrt-v4: a matrix with an inverse.
+fn perspective() -> DMat4 {
+    let (near, far) = (1e-2, 1e3);
+    let depth = far / (far - near);
+    DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::new(0.0, 0.0, depth, 1.0), DVec4::new(0.0, 0.0, -depth * near, 0.0))
 }
 
 fn build(p: &Params) -> Option<Box<dyn Camera>> {
     let fov = p.get_in("fov", 90.0, 1e-6..=179.999, "deg", "field of view along the shorter side of the picture");
     let (screen, lens) = (Screen::read(p), Lens::read(p));
     let tan = (0.5 * fov).to_radians().tan();
-    Some(Box::new(Perspective { render_from_camera: p.context().world_from_object, screen: screen?.scaled(tan), lens }))
+    let [x, y] = p.context().resolution.map(f64::from);
+    let (screen, resolution) = (screen?.scaled(tan), DVec2::new(x, y));
+    Some(Box::new(Perspective { render_from_camera: p.context().world_from_object, screen, lens, resolution }))
 }
 
 impl Camera for Perspective {
@@ -59,6 +71,13 @@ impl Camera for Perspective {
 
     fn pixel_width(&self, distance: f64) -> f64 {
         self.screen.pixel() * distance
+    }
+
+    fn matrices(&self) -> Option<CameraMatrices> {
+        Some(CameraMatrices {
+            camera_from_render: self.render_from_camera.inverse(),
+            screen_from_camera: Some(self.screen.ndc_from_screen(self.resolution) * perspective()),
+        })
     }
 
     fn rebase(&mut self, origin: DVec3) {

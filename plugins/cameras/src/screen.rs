@@ -2,7 +2,7 @@
 
 use bhs_core::params::Params;
 use bhs_core::sampling::concentric_disk;
-use glam::{DAffine3, DVec2, DVec3, Vec2};
+use glam::{DAffine3, DMat4, DVec2, DVec3, Vec2};
 
 /// Maps the film to the screen plane.
 pub(crate) struct Screen {
@@ -12,6 +12,15 @@ pub(crate) struct Screen {
     per_pixel: DVec2,
 }
 
+/// Largest coordinate of a window, and its least width and height.
+const LARGEST: f64 = 1e15;
+const LEAST: f64 = 1e-15;
+
+/// Whether a window may reach from `a` to `b`.
+fn fits(a: f64, b: f64) -> bool {
+    a.abs().max(b.abs()) <= LARGEST && (a - b).abs() >= LEAST
+}
+
 impl Screen {
     /// Reads the window: from -1 to 1 along the shorter side unless the scene says otherwise, as in pbrt-v4.
     pub fn read(p: &Params) -> Option<Self> {
@@ -19,17 +28,23 @@ impl Screen {
         let about = "aspect ratio of the screen window, width over height if not given";
         let aspect = p.optional::<f64>("frameaspectratio", "", about).unwrap_or(resolution.x / resolution.y);
         let window = p.optional::<Vec<f64>>("screenwindow", "", "window on the screen plane: x from, x to, y from, y to");
-        if aspect <= 0.0 {
-            p.reject("frameaspectratio", "`frameaspectratio` is out of range", "expected a positive number");
+        if !(1e-6..=1e6).contains(&aspect) {
+            let cause = format!("expected a value from 0.000001 to 1000000, found {aspect}");
+            p.reject("frameaspectratio", "`frameaspectratio` is out of range", cause);
             return None;
         }
         let shorter_is_height = aspect > 1.0;
         let default = if shorter_is_height { [-aspect, aspect, -1.0, 1.0] } else { [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect] };
         let [x0, x1, y0, y1] = match window.as_deref() {
             None => default,
-            Some(&[x0, x1, y0, y1]) if x0 != x1 && y0 != y1 => [x0, x1, y0, y1],
+            Some(&[x0, x1, y0, y1]) if fits(x0, x1) && fits(y0, y1) => [x0, x1, y0, y1],
+            Some([_, _, _, _]) => {
+                let cause = format!("expected coordinates up to {LARGEST:e} that differ by at least {LEAST:e}");
+                p.reject("screenwindow", "`screenwindow` is out of range", cause);
+                return None;
+            }
             Some(_) => {
-                p.reject("screenwindow", "`screenwindow` expects 4 numbers", "x from, x to, y from, y to; not an empty window");
+                p.reject("screenwindow", "`screenwindow` expects 4 numbers", "x from, x to, y from, y to");
                 return None;
             }
         };
@@ -44,6 +59,13 @@ impl Screen {
     /// Screen coordinates of a point of the film (pixels).
     pub fn at(&self, raster: DVec2) -> DVec2 {
         self.corner + raster * self.per_pixel
+    }
+
+    /// From screen coordinates to the film of the given size (pixels), 0 to 1 from left to right and from top to bottom.
+    pub fn ndc_from_screen(&self, resolution: DVec2) -> DMat4 {
+        let scale = (self.per_pixel * resolution).recip();
+        let offset = -self.corner * scale;
+        DMat4::from_translation(offset.extend(0.0)) * DMat4::from_scale(scale.extend(1.0))
     }
 
     /// Width of a pixel along its shorter side, screen coordinates.

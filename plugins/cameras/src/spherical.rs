@@ -14,7 +14,7 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::camera::{Camera, CameraRay};
+use bhs_core::camera::{Camera, CameraMatrices, CameraRay};
 use bhs_core::params::Params;
 use glam::{DAffine3, DVec2, DVec3, Vec2};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
@@ -95,6 +95,10 @@ impl Camera for Spherical {
             Mapping::Equirectangular => (TAU / self.resolution.x).min(PI / self.resolution.y),
         };
         angle * distance
+    }
+
+    fn matrices(&self) -> Option<CameraMatrices> {
+        Some(CameraMatrices { camera_from_render: self.render_from_camera.inverse(), screen_from_camera: None })
     }
 
     fn rebase(&mut self, origin: DVec3) {

@@ -2,7 +2,7 @@
 
 use crate::layer::Layer;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DAffine3, DMat4, DVec2, DVec3, Vec2};
 
 /// A ray that a camera looks along. The direction is what the observer at the camera measures; the program turns it into
 /// the chart.
@@ -12,6 +12,16 @@ pub struct CameraRay {
     pub origin: DVec3,
     /// Unit direction in the local frame of the observer at `origin`.
     pub direction: DVec3,
+}
+
+/// How a camera maps points where light is straight: as if there were no hole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraMatrices {
+    /// From render space to camera space: x to the right, y up, z into the picture.
+    pub camera_from_render: DAffine3,
+    /// From camera space to the picture, after division by the fourth coordinate: x from 0 at its left edge to 1 at its right one, y from 0
+    /// at the top to 1 at the bottom (normalized device coordinates of OpenEXR and RenderMan). `None` for cameras that no matrix describes.
+    pub screen_from_camera: Option<DMat4>,
 }
 
 /// Turns points of the film into rays.
@@ -30,6 +40,11 @@ pub trait Camera: Send + Sync {
 
     /// Width of what one pixel in the middle of the picture covers at `distance`, along its shorter side (scene units, both).
     fn pixel_width(&self, distance: f64) -> f64;
+
+    /// Its matrices, for those who put other pictures on top of this one. `None`: it does not tell.
+    fn matrices(&self) -> Option<CameraMatrices> {
+        None
+    }
 
     /// Moves the camera by `-origin`, from world space to render space. Called once, before anything else.
     fn rebase(&mut self, origin: DVec3);

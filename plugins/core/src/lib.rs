@@ -28,6 +28,7 @@ pub mod light_sampling;
 pub mod material;
 pub mod observer;
 pub mod params;
+pub mod path_log;
 pub mod plugin;
 pub mod real;
 pub mod sampling;

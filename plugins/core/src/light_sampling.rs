@@ -66,6 +66,17 @@ pub enum LightSource {
     },
 }
 
+impl LightSource {
+    /// Number of the light in [`Scene::light_choice`], in a scene of so many surfaces that emit.
+    #[inline]
+    pub fn number(&self, emitters: usize) -> u32 {
+        match self {
+            Self::Surface { emitter, .. } => *emitter,
+            Self::Point { light } | Self::Sky { light, .. } => emitters as u32 + light,
+        }
+    }
+}
+
 /// A point of a light drawn for light sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSample {

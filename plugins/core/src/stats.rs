@@ -1,5 +1,6 @@
 //! What is counted while light is traced.
 
+use crate::path_log::PathEvent;
 use glam::DVec3;
 use std::ops::AddAssign;
 
@@ -83,6 +84,8 @@ pub struct TraceLog {
     pub phi: f64,
     /// The points of the polyline that is traced, render space, if somebody wants them.
     pub polyline: Option<Vec<DVec3>>,
+    /// What happens to a path that is followed alone, if somebody wants to know.
+    pub path: Option<Vec<PathEvent>>,
 }
 
 impl TraceLog {
@@ -91,6 +94,14 @@ impl TraceLog {
     pub fn point(&mut self, p: DVec3) {
         if let Some(polyline) = &mut self.polyline {
             polyline.push(p);
+        }
+    }
+
+    /// Notes what happens to a path, if wanted.
+    #[inline]
+    pub fn note(&mut self, event: impl FnOnce() -> PathEvent) {
+        if let Some(path) = &mut self.path {
+            path.push(event());
         }
     }
 }

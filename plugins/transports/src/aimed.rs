@@ -4,6 +4,7 @@ use crate::guide::Place;
 use arrayvec::ArrayVec;
 use bhs_core::integrator::{Connection, ConnectionPair, Connections, MOST_TURNS, Ray, Sight};
 use bhs_core::light_sampling::{LightSample, LightSource};
+use bhs_core::path_log::{LightPlace, PathEvent};
 use bhs_core::scene::{Scene, Vertex};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
@@ -21,10 +22,13 @@ struct Gain {
     path: usize,
     /// As the camera would receive it.
     light: SampledSpectrum,
+    /// Number of the light that it comes from, the surfaces that emit first.
+    from: u32,
 }
 
 impl Gain {
-    fn arrive(&self, visible: bool, paths: &mut [PathSample], log: &mut TraceLog) {
+    fn arrive(&self, visible: bool, place: LightPlace, paths: &mut [PathSample], log: &mut TraceLog) {
+        log.note(|| PathEvent::Sampled { light: self.from, place, radiance: self.light, visible });
         if visible {
             paths[self.path].radiance += self.light;
         } else {
@@ -50,11 +54,12 @@ impl Aimed {
         let mut visible = [false; MOST];
         let visible = &mut visible[..self.sights.len()];
         connections.visible_all(&scene.world, &self.sights, visible, log);
-        for (gain, visible) in self.gains.iter().zip(visible) {
-            gain.arrive(*visible, paths, log);
+        for ((gain, sight), visible) in self.gains.iter().zip(&self.sights).zip(visible) {
+            gain.arrive(*visible, LightPlace::Point(sight.to), paths, log);
         }
         for (ray, gain) in &self.skies {
-            gain.arrive(scene.integrator.escapes(&scene.world, ray, log), paths, log);
+            let visible = scene.integrator.escapes(&scene.world, ray, log);
+            gain.arrive(visible, LightPlace::Sky(ray.direction), paths, log);
         }
         log.counters.connections_searched += (self.sights.len() + self.skies.len()) as u64;
         log.counters.connection_queries += log.counters.queries - queries;
@@ -172,7 +177,8 @@ impl Sought<'_> {
     fn aim(&self, connection: &Connection, carried: SampledSpectrum, aimed: &mut Aimed) {
         let Self { scene, vertex, .. } = self;
         let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, connection.launch) };
-        let gain = Gain { path: self.path, light: self.throughput * carried };
+        let from = self.light.source.number(scene.emitters.len());
+        let gain = Gain { path: self.path, light: self.throughput * carried, from };
         if matches!(self.light.source, LightSource::Sky { .. }) {
             aimed.skies.push((start, gain));
         } else {
@@ -190,7 +196,7 @@ impl Sought<'_> {
             return SampledSpectrum::ZERO;
         }
         let arriving = self.scene.arriving(self.light, connection, &vertex.observer, self.lambda);
-        let density = arriving.density as f32;
+        let density = arriving.density;
         // Zero where light of a whole circle of directions meets in the point (a lamp exactly behind the hole): of a surface, the points
         // that are so have no area.
         if arriving.emitted.is_zero() || !(density > 0.0 && density.is_finite()) {
@@ -201,6 +207,12 @@ impl Sought<'_> {
             Some(place) => place.density(wi) * (wi.z.abs() * FRAC_1_PI),
             None => vertex.material.pdf(&vertex.shading, vertex.wo, wi),
         };
-        scattered * arriving.emitted * (1.0 / (density + against))
+        let per_density = 1.0 / (density + f64::from(against));
+        let (carried, factor) = (scattered * arriving.emitted, per_density as f32);
+        if carried.is_finite() && factor.is_normal() {
+            return carried * factor;
+        }
+        // A very bright and very small lamp: its light may be within single precision, though its parts are not.
+        scattered.zip(arriving.emitted, |s, e| (f64::from(s) * f64::from(e) * per_density) as f32)
     }
 }

@@ -14,14 +14,18 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::integrator::{Arrival, Ray, Traced};
 use bhs_core::params::Params;
+use bhs_core::path_log::PathEvent;
 use bhs_core::sampling::{SampleStream, uniform_hemisphere};
 use bhs_core::scene::Scene;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use bhs_core::transport::LightTransport;
 use std::f32::consts::TAU;
+
+/// Density of a direction over a hemisphere (1/sr).
+const FRAC_1_TAU: f32 = 1.0 / TAU;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn LightTransport> =
@@ -50,10 +54,15 @@ impl LightTransport for Hemisphere {
         // Those that the path still has.
         let mut lambda = *lambda;
         for depth in 0..=self.max_depth {
-            let hit = match scene.integrator.trace(&scene.world, &ray, log) {
+            let arrival = scene.integrator.trace(&scene.world, &ray, log);
+            let end = Traced { arrival, phi: log.phi };
+            log.note(|| PathEvent::Traced { ray, end, throughput, lambda_nm: lambda.lambda_nm });
+            let hit = match arrival {
                 Arrival::Surface(hit) => hit,
                 Arrival::Sky(direction) => {
-                    radiance += throughput * scene.sky(direction, &lambda);
+                    let found = throughput * scene.sky(direction, &lambda);
+                    log.note(|| PathEvent::Found(found));
+                    radiance += found;
                     break;
                 }
                 Arrival::Hole | Arrival::OutOfSteps => break,
@@ -62,15 +71,25 @@ impl LightTransport for Hemisphere {
                 log.counters.inside_horizon += 1;
                 break;
             };
-            radiance += throughput * vertex.emitted();
+            let found = throughput * vertex.emitted();
+            if vertex.emitter.is_some() {
+                log.note(|| PathEvent::Found(found));
+            }
+            radiance += found;
             if depth == self.max_depth {
                 break;
             }
             let (choice, u) = (stream.next_1d(), stream.next_2d());
-            let mut specular = false;
+            let (mut specular, mut pdf) = (false, FRAC_1_TAU);
+            let weight;
             let wi = if vertex.material.chooses_directions() {
-                let Some(sample) = vertex.material.sample(&vertex.shading, vertex.wo, choice, u) else { break };
+                let Some(sample) = vertex.material.sample(&vertex.shading, vertex.wo, choice, u) else {
+                    log.note(|| PathEvent::Ended("the surface gives it no direction"));
+                    break;
+                };
                 throughput *= sample.weight;
+                weight = sample.weight;
+                pdf = sample.pdf;
                 if sample.drops_wavelengths {
                     lambda.drop_secondary(&mut throughput);
                 }
@@ -79,10 +98,14 @@ impl LightTransport for Hemisphere {
             } else {
                 let up = uniform_hemisphere(u);
                 let wi = if vertex.wo.z < 0.0 { -up } else { up };
-                throughput *= vertex.material.evaluate(&vertex.shading, vertex.wo, wi) * TAU;
+                weight = vertex.material.evaluate(&vertex.shading, vertex.wo, wi) * TAU;
+                throughput *= weight;
                 wi
             };
+            let direction = vertex.chart_direction(wi);
+            log.note(|| PathEvent::Scattered { direction, weight, pdf, specular });
             if throughput.is_zero() || !vertex.is_consistent(wi) {
+                log.note(|| PathEvent::Ended("nothing is left of it"));
                 break;
             }
             let footprint = if specular { ray.footprint } else { scene.footprints.rough };

@@ -8,7 +8,8 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::integrator::{Arrival, Ray, Traced};
+use bhs_core::path_log::PathEvent;
 use bhs_core::sampling::SampleStream;
 use bhs_core::scene::Scene;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
@@ -32,7 +33,10 @@ impl LightTransport for Normals {
         log: &mut TraceLog,
     ) -> SampledSpectrum {
         // Black where the ray meets nothing.
-        let Arrival::Surface(hit) = scene.integrator.trace(&scene.world, &ray, log) else { return SampledSpectrum::ZERO };
+        let arrival = scene.integrator.trace(&scene.world, &ray, log);
+        let end = Traced { arrival, phi: log.phi };
+        log.note(|| PathEvent::Traced { ray, end, throughput: SampledSpectrum::ONE, lambda_nm: lambda.lambda_nm });
+        let Arrival::Surface(hit) = arrival else { return SampledSpectrum::ZERO };
         let normal = scene.world.surface(&hit).shading_normal;
         let colour = 0.5 * (normal + DVec3::ONE);
         // The light that a film shows as this colour.

@@ -39,6 +39,7 @@ use bhs_core::integrator::{Arrival, Connections, Ray, Traced};
 use bhs_core::light_sampling::LightSample;
 use bhs_core::material::BsdfSample;
 use bhs_core::params::Params;
+use bhs_core::path_log::PathEvent;
 use bhs_core::sampling::{SampleStream, balance_heuristic};
 use bhs_core::scene::{Scene, Vertex};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
@@ -218,6 +219,8 @@ impl Path {
             // Where they have arrived, if they may go on from there.
             let mut met: ArrayVec<Met, BATCH> = ArrayVec::new();
             for (i, end) in underway.iter().zip(&traced) {
+                let State { ray, throughput, lambda, .. } = &states[*i];
+                log.note(|| PathEvent::Traced { ray: *ray, end: *end, throughput: *throughput, lambda_nm: lambda.lambda_nm });
                 let at = Bounce { scene, connections, path: &mut paths[*i], state: &mut states[*i] };
                 if let Some(vertex) = at.arrive(end, log)
                     && depth < self.max_depth
@@ -232,7 +235,7 @@ impl Path {
             underway.clear();
             for Met { index, vertex, place } in &met {
                 let at = Bounce { scene, connections, path: &mut paths[*index], state: &mut states[*index] };
-                if at.scatter(vertex, guide.zip(place.as_ref()), depth >= self.roulette_depth) {
+                if at.scatter(vertex, guide.zip(place.as_ref()), depth >= self.roulette_depth, log) {
                     underway.push(*index);
                 }
             }
@@ -316,7 +319,9 @@ impl<'s> Bounce<'_, '_, 's> {
                     (Some(c), Some(chosen)) => chosen.sky(scene, c, &state.ray, direction, end.phi, &state.lambda),
                     _ => scene.sky(direction, &state.lambda),
                 };
-                path.radiance += state.throughput * sky;
+                let found = state.throughput * sky;
+                log.note(|| PathEvent::Found(found));
+                path.radiance += found;
                 return None;
             }
             Arrival::Hole | Arrival::OutOfSteps => return None,
@@ -330,13 +335,15 @@ impl<'s> Bounce<'_, '_, 's> {
                 (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.phi),
                 _ => 1.0,
             };
-            path.radiance += state.throughput * vertex.emitted() * weight;
+            let found = state.throughput * vertex.emitted() * weight;
+            log.note(|| PathEvent::Found(found));
+            path.radiance += found;
         }
         Some(vertex)
     }
 
     /// The path's next direction from `vertex`: by what was learned, if anything, else by the material. Whether it goes on.
-    fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &Place)>, roulette: bool) -> bool {
+    fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &Place)>, roulette: bool, log: &mut TraceLog) -> bool {
         let Self { scene, path, state, .. } = self;
         let stream = &mut path.stream;
         let (choice, u) = (stream.next_1d(), stream.next_2d());
@@ -344,12 +351,18 @@ impl<'s> Bounce<'_, '_, 's> {
             Some((guide, place)) => state.guide(place, guide.learns(), vertex, u),
             None => vertex.material.sample(&vertex.shading, vertex.wo, choice, u),
         };
-        let Some(sample) = sample else { return false };
+        let Some(sample) = sample else {
+            log.note(|| PathEvent::Ended("the surface gives it no direction"));
+            return false;
+        };
         state.throughput *= sample.weight;
         if sample.drops_wavelengths {
             state.lambda.drop_secondary(&mut state.throughput);
         }
+        let direction = vertex.chart_direction(sample.wi);
+        log.note(|| PathEvent::Scattered { direction, weight: sample.weight, pdf: sample.pdf, specular: sample.specular });
         if state.throughput.is_zero() || !vertex.is_consistent(sample.wi) {
+            log.note(|| PathEvent::Ended("nothing is left of it"));
             return false;
         }
         let footprint = if sample.specular { state.ray.footprint } else { scene.footprints.rough };
@@ -364,6 +377,7 @@ impl<'s> Bounce<'_, '_, 's> {
         if roulette {
             let survive = (state.throughput.max() * state.guided).min(0.95);
             if stream.next_1d() >= survive {
+                log.note(|| PathEvent::Ended("roulette"));
                 return false;
             }
             state.throughput *= 1.0 / survive;

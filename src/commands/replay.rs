@@ -1,0 +1,123 @@
+//! `bhs render SCENE --pixel X,Y --sample N`: one sample of a picture once more, as JSON.
+
+use super::{Common, ExitStatus, print, show};
+use crate::cli::RenderArgs;
+use crate::lang::{self, BuiltScene, Overrides};
+use crate::not_finite::SampleId;
+use crate::registry::Registry;
+use crate::render::Job;
+use crate::{replay, say};
+use anyhow::Result;
+use std::borrow::Cow;
+
+/// The command that replays a sample of the render that `args` describe, seen through the camera of that name.
+pub(super) fn command(args: &RenderArgs, camera: Option<&str>, id: &SampleId) -> String {
+    let mut words = vec!["bhs render".to_owned(), quoted(&args.scene.to_string_lossy()).into_owned()];
+    let mut flag = |name: &str, value: Option<String>| {
+        if let Some(value) = value {
+            words.push(format!("--{name} {}", quoted(&value)));
+        }
+    };
+    let SampleId { pixel: [x, y], sample } = id;
+    flag("pixel", Some(format!("{x},{y}")));
+    flag("sample", Some(sample.to_string()));
+    // Whatever changes what a sample finds.
+    flag("camera", camera.map(str::to_owned));
+    flag("seed", args.scene_args.seed.map(|n| n.to_string()));
+    flag("integrator", args.scene_args.integrator.clone());
+    flag("transport", args.transport.clone());
+    flag("spp", args.spp.map(|n| n.to_string()));
+    flag("resolution", args.resolution.map(|[w, h]| format!("{w}x{h}")));
+    flag("crop", args.crop.map(|c| c.map(|f| f.to_string()).join(",")));
+    if args.quick {
+        words.push("--quick".to_owned());
+    }
+    words.join(" ")
+}
+
+/// A word as a shell reads it back.
+fn quoted(word: &str) -> Cow<'_, str> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return Cow::Borrowed(word);
+    }
+    Cow::Owned(format!("'{}'", word.replace('\'', "'\\''")))
+}
+
+/// Follows the sample `id` and prints what becomes of it.
+///
+/// # Errors
+/// If standard output cannot be written.
+pub(super) fn replay(args: &RenderArgs, overrides: &Overrides, id: SampleId, common: &Common) -> Result<ExitStatus> {
+    let mut sources = common.sources();
+    let loaded = lang::load_labelled(&args.scene, &Registry::builtin(), overrides, &mut sources);
+    let (mut built, labels) = match loaded {
+        Ok(loaded) => loaded,
+        Err(found) => {
+            show(&found, &sources, common.color);
+            return Ok(ExitStatus::Fault);
+        }
+    };
+    show(&built.warnings, &sources, common.color);
+    let [width, height] = built.film.resolution();
+    if id.pixel[0] >= width || id.pixel[1] >= height {
+        say!("error: --pixel {},{}: the picture has {width} columns and {height} rows", id.pixel[0], id.pixel[1]);
+        return Ok(ExitStatus::CommandLine);
+    }
+    if !choose_camera(&mut built) {
+        let names: Vec<&str> = built.camera_names().flatten().collect();
+        say!("error: --pixel needs `--camera NAME`: the scene has {}", names.join(", "));
+        return Ok(ExitStatus::CommandLine);
+    }
+    let replayed = replay::follow(&Job::of(&built), id);
+    if !replayed.is_exact {
+        say!(
+            "warning: `{}` learns while it renders: what it knew of the scene at this sample is not replayed, and the path differs",
+            built.transport_name
+        );
+    }
+    print(&replayed.to_text(&built, &labels, &sources))?;
+    Ok(ExitStatus::Done)
+}
+
+/// Looks through the only camera, or through the one without a name; false if there is neither.
+fn choose_camera(built: &mut BuiltScene) -> bool {
+    if built.camera_names().count() == 1 {
+        return true;
+    }
+    if built.camera_names().all(|name| name.is_some()) {
+        return false;
+    }
+    while built.camera_name.is_some() {
+        built.next_camera();
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::{Cli, Command};
+    use clap::Parser;
+
+    #[test]
+    fn the_command_says_all_that_changes_a_sample_and_can_be_read_back() {
+        let parse = |words: &[&str]| match Cli::try_parse_from(words).expect("a command line").command {
+            Command::Render(args) => args,
+            other => panic!("{other:?}"),
+        };
+        let words = "bhs render room.bhs --seed 9 --integrator straight --transport path --spp 4 --resolution 8x6 --crop 0,0.5,0,1 --quick \
+                     --quiet --threads 2 --aov depth -o x.exr";
+        let args = parse(&words.split_whitespace().collect::<Vec<_>>());
+        let id = SampleId { pixel: [3, 5], sample: 7 };
+        let said = command(&args, Some("left"), &id);
+        assert_eq!(
+            said,
+            "bhs render room.bhs --pixel 3,5 --sample 7 --camera left --seed 9 --integrator straight --transport path --spp 4 \
+             --resolution 8x6 --crop 0,0.5,0,1 --quick"
+        );
+        let again = parse(&said.split_whitespace().collect::<Vec<_>>());
+        assert_eq!((again.pixel, again.sample, again.camera.as_deref()), (Some([3, 5]), Some(7), Some("left")));
+        assert_eq!(quoted("it's a room.bhs"), r"'it'\''s a room.bhs'");
+    }
+}

@@ -1,0 +1,137 @@
+//! What the header of an EXR file says about its picture: attributes that OpenEXR itself names, and those of bhs, which begin with `bhs:`.
+//!
+//! `chromaticities`, `worldToCamera`, `worldToNDC`, `capDate`, `utcOffset` and `comments` are those of OpenEXR's "Standard Optional
+//! Attributes" (ImfStandardAttributes.h).
+
+use crate::lang::BuiltScene;
+use crate::render::Rendered;
+use bhs_core::camera::CameraMatrices;
+use exr::meta::attribute::{AttributeValue, Chromaticities, Matrix4x4};
+use exr::prelude as exrs;
+use glam::{DAffine3, DMat4};
+
+/// The value of an attribute.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Attribute {
+    /// Words.
+    Text(String),
+    /// A number.
+    Number(f64),
+    /// A number that OpenEXR keeps in single precision.
+    Single(f32),
+    /// A matrix for row vectors, row by row: points are multiplied from the left, as OpenEXR and Imath do.
+    Matrix(Matrix4x4),
+    /// Primaries and white of red, green and blue.
+    Chromaticities(Chromaticities),
+}
+
+/// The primaries and the white point of sRGB (IEC 61966-2-1; ITU-R BT.709).
+const SRGB: Chromaticities = Chromaticities {
+    red: exrs::Vec2(0.64, 0.33),
+    green: exrs::Vec2(0.30, 0.60),
+    blue: exrs::Vec2(0.15, 0.06),
+    white: exrs::Vec2(0.3127, 0.3290),
+};
+
+impl Attribute {
+    /// Puts it into the header of a picture that is about to be written, under `name`.
+    pub(crate) fn put_into<C>(&self, image: &mut exrs::Image<exrs::Layer<C>>, name: &str) {
+        let layer = &mut image.layer_data.attributes;
+        match (name, self) {
+            ("chromaticities", Self::Chromaticities(c)) => image.attributes.chromaticities = Some(*c),
+            ("worldToCamera", Self::Matrix(m)) => layer.world_to_camera = Some(*m),
+            ("worldToNDC", Self::Matrix(m)) => layer.world_to_normalized_device = Some(*m),
+            ("capDate", Self::Text(t)) => layer.capture_date = Some(t.as_str().into()),
+            ("utcOffset", Self::Single(x)) => layer.utc_offset = Some(*x),
+            ("comments", Self::Text(t)) => layer.comments = Some(t.as_str().into()),
+            (name, other) => {
+                let value = match other {
+                    Self::Text(t) => AttributeValue::Text(t.as_str().into()),
+                    Self::Number(x) => AttributeValue::F64(*x),
+                    Self::Single(x) => AttributeValue::F32(*x),
+                    Self::Matrix(m) => AttributeValue::Matrix4x4(*m),
+                    Self::Chromaticities(c) => AttributeValue::Chromaticities(*c),
+                };
+                layer.other.insert(name.into(), value);
+            }
+        }
+    }
+}
+
+/// What the header says of a picture that has been rendered.
+pub fn attributes(built: &BuiltScene, rendered: &Rendered) -> Vec<(String, Attribute)> {
+    let mut all = Attributes(Vec::new());
+    all.standard(built, rendered);
+    let c = &rendered.counters;
+    all.text("bhs:version", env!("CARGO_PKG_VERSION"));
+    all.text("bhs:scene", &built.hash);
+    all.text("bhs:integrator", &built.integrator_name);
+    all.text("bhs:transport", &built.transport_name);
+    if let Some(name) = &built.camera_name {
+        all.text("bhs:camera", name);
+    }
+    all.number("bhs:seed", built.seed as f64);
+    if u128::from(built.seed) != built.seed as f64 as u128 {
+        // Double precision, the widest number that OpenEXR has, holds all whole numbers up to 2^53.
+        all.text("bhs:seedDigits", &built.seed.to_string());
+    }
+    all.number("bhs:spp", f64::from(rendered.samples));
+    all.number("bhs:firstSample", 0.0);
+    all.number("bhs:lastSample", f64::from(rendered.most_samples.saturating_sub(1)));
+    all.text("bhs:stopped", rendered.ended.name());
+    all.number("bhs:seconds", rendered.seconds);
+    all.number("bhs:queriesPerGeodesic", c.queries as f64 / c.geodesics.max(1) as f64);
+    all.number("bhs:samplesNotFinite", c.not_finite as f64);
+    let beyond = rendered.frame.beyond_single_precision();
+    all.number("bhs:valuesTooLarge", beyond.iter().map(|b| b.pixels as f64).sum());
+    all.0
+}
+
+/// Attributes under way.
+struct Attributes(Vec<(String, Attribute)>);
+
+impl Attributes {
+    fn put(&mut self, name: &str, value: Attribute) {
+        self.0.push((name.to_owned(), value));
+    }
+
+    fn text(&mut self, name: &str, text: &str) {
+        self.put(name, Attribute::Text(text.to_owned()));
+    }
+
+    fn number(&mut self, name: &str, number: f64) {
+        self.put(name, Attribute::Number(number));
+    }
+
+    /// Those that OpenEXR names.
+    fn standard(&mut self, built: &BuiltScene, rendered: &Rendered) {
+        self.put("chromaticities", Attribute::Chromaticities(SRGB));
+        if let Some(matrices) = built.camera.matrices() {
+            let CameraMatrices { camera_from_render, screen_from_camera } = matrices;
+            let camera_from_world = camera_from_render * DAffine3::from_translation(-built.scene.world.origin);
+            let camera_from_world = DMat4::from(camera_from_world);
+            self.put("worldToCamera", Attribute::Matrix(for_row_vectors(camera_from_world)));
+            if let Some(screen_from_camera) = screen_from_camera {
+                self.put("worldToNDC", Attribute::Matrix(for_row_vectors(screen_from_camera * camera_from_world)));
+            }
+        }
+        let now = chrono::Local::now();
+        self.text("capDate", &now.format("%Y:%m:%d %H:%M:%S").to_string());
+        self.put("utcOffset", Attribute::Single(-now.offset().local_minus_utc() as f32));
+        let comments = format!(
+            "bhs {}: {} samples a pixel by `{}` along `{}` in {:.1} s",
+            env!("CARGO_PKG_VERSION"),
+            rendered.samples,
+            built.transport_name,
+            built.integrator_name,
+            rendered.seconds,
+        );
+        self.text("comments", &comments);
+    }
+}
+
+/// The numbers of a matrix for column vectors as OpenEXR keeps them: row by row of the one for row vectors, which is its transpose. That
+/// is the order of its columns.
+fn for_row_vectors(matrix: DMat4) -> Matrix4x4 {
+    matrix.to_cols_array().map(|x| x as f32)
+}

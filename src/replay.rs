@@ -1,0 +1,233 @@
+//! One sample of a picture, followed once more with the same random numbers, step by step.
+
+use crate::lang::{BuiltScene, Label, Labels, SourceMap};
+use crate::not_finite::SampleId;
+use crate::render::{Job, Wave};
+use crate::sample::CameraSample;
+use bhs_core::integrator::{Arrival, Ray, SurfaceHit, Traced};
+use bhs_core::path_log::{LightPlace, PathEvent};
+use bhs_core::sampling::SampleStream;
+use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
+use bhs_core::stats::TraceLog;
+use glam::DVec3;
+use serde_json::{Map, Value, json};
+
+/// What became of a sample.
+pub struct Replayed {
+    /// Which one it is.
+    pub id: SampleId,
+    /// Whether the render follows the very same path: not after a method has learned from samples before it.
+    pub is_exact: bool,
+    /// Wavelengths where the ray starts, and their densities.
+    pub lambda: SampledWavelengths,
+    /// The filter's weight.
+    pub weight: f32,
+    /// What happened to its path.
+    pub events: Vec<PathEvent>,
+    /// Spectral radiance that the film receives, before the filter's weight.
+    pub radiance: SampledSpectrum,
+    /// Whether the film takes it: it is finite, and stays so with the filter's weight.
+    pub is_finite: bool,
+    /// The channels of a picture that has this sample alone.
+    pub channels: Vec<f64>,
+}
+
+/// Follows sample `id` of `job` as a render of it does.
+pub fn follow(job: &Job, id: SampleId) -> Replayed {
+    // What learns uses other numbers in each wave.
+    let own = job.transport.for_render(job.scene);
+    let wave = if own.is_some() { Wave::of(id.sample).0 } else { 0 };
+    let job = &Job { transport: own.as_deref().unwrap_or(job.transport), ..*job };
+    let [lo, hi] = job.film.lambda_range();
+    let stream = SampleStream::of_wave(job.sampler, id.pixel, id.sample, wave);
+    let (sample, mut path) = CameraSample::new(job, &VisibleWavelengths::new(lo, hi), id, stream);
+    let mut log = TraceLog { path: Some(Vec::new()), ..TraceLog::default() };
+    job.transport.radiance_all(job.scene, std::slice::from_mut(&mut path), &mut log);
+    let events = log.path.take().unwrap_or_default();
+    let radiance = sample.received(job, path.radiance, &mut log);
+    let mut channels = vec![0.0; job.film.channels().len()];
+    let weight = sample.add(job, &path, &mut channels, &mut log);
+    if let Some(weight) = weight.filter(|w| *w != 0.0) {
+        channels.iter_mut().for_each(|c| *c /= weight);
+    }
+    Replayed {
+        id,
+        is_exact: wave == 0,
+        lambda: sample.lambda,
+        weight: sample.weight,
+        events,
+        radiance,
+        is_finite: weight.is_some(),
+        channels,
+    }
+}
+
+/// A number; one that is not finite as a text, which JSON has no number for.
+fn number(x: f64) -> Value {
+    if x.is_finite() { json!(x) } else { json!(x.to_string()) }
+}
+
+fn spectrum(s: SampledSpectrum) -> Value {
+    numbers(s.0)
+}
+
+fn numbers(all: [f32; 4]) -> Value {
+    // The shortest digits that are this number in single precision.
+    all.iter().map(|x| number(x.to_string().parse().unwrap_or(f64::from(*x)))).collect()
+}
+
+fn vector(v: DVec3) -> Value {
+    v.to_array().into_iter().map(number).collect()
+}
+
+/// A thing by name and place.
+fn named(label: Option<Label>) -> Value {
+    let Some(Label { plugin, place, material }) = label else { return Value::Null };
+    let mut object = json!({ "plugin": plugin, "place": place });
+    if let Some(material) = material {
+        object["material"] = json!(material);
+    }
+    object
+}
+
+impl Replayed {
+    /// All of it as JSON. Places are in world space, directions those of the chart.
+    pub fn to_json(&self, built: &BuiltScene, labels: &Labels, sources: &SourceMap) -> Value {
+        let writer = Writer { built, labels, sources };
+        let channels = built.film.channels().into_iter().zip(self.channels.iter().map(|c| number(*c)));
+        json!({
+            "pixel": self.id.pixel,
+            "sample": self.id.sample,
+            "seed": built.seed,
+            "camera": built.camera_name,
+            "integrator": built.integrator_name,
+            "transport": built.transport_name,
+            "exact": self.is_exact,
+            "wavelengths_nm": numbers(self.lambda.lambda_nm),
+            "wavelength_densities_per_nm": numbers(self.lambda.pdf),
+            "filter_weight": number(self.weight.into()),
+            "vertices": writer.vertices(&self.events),
+            "radiance": spectrum(self.radiance),
+            "finite": self.is_finite,
+            "channels": channels.collect::<Map<_, _>>(),
+        })
+    }
+}
+
+impl Replayed {
+    /// The JSON of [`Replayed::to_json`] with a line for each vertex of the path.
+    pub fn to_text(&self, built: &BuiltScene, labels: &Labels, sources: &SourceMap) -> String {
+        let mut lines = Vec::new();
+        if let Value::Object(all) = self.to_json(built, labels, sources) {
+            for (name, value) in &all {
+                let value = match value.as_array() {
+                    Some(vertices) if name == "vertices" && !vertices.is_empty() => {
+                        let vertices: Vec<String> = vertices.iter().map(|v| format!("    {v}")).collect();
+                        format!("[\n{}\n  ]", vertices.join(",\n"))
+                    }
+                    _ => value.to_string(),
+                };
+                lines.push(format!("  \"{name}\": {value}"));
+            }
+        }
+        format!("{{\n{}\n}}\n", lines.join(",\n"))
+    }
+}
+
+/// Writes what happened in a scene.
+struct Writer<'a> {
+    built: &'a BuiltScene,
+    labels: &'a Labels,
+    sources: &'a SourceMap,
+}
+
+impl Writer<'_> {
+    fn to_world(&self, p: DVec3) -> Value {
+        vector(p + self.built.scene.world.origin)
+    }
+
+    /// Every end of a ray, with what happened there.
+    fn vertices(&self, events: &[PathEvent]) -> Vec<Value> {
+        let mut vertices: Vec<Value> = Vec::new();
+        for event in events {
+            if let PathEvent::Traced { ray, end, throughput, lambda_nm } = event {
+                let mut vertex = self.end(ray, end);
+                vertex["wavelengths_nm"] = numbers(*lambda_nm);
+                vertex["throughput"] = spectrum(*throughput);
+                vertices.push(vertex);
+                continue;
+            }
+            let Some(vertex) = vertices.last_mut() else { continue };
+            match event {
+                PathEvent::Traced { .. } => {}
+                PathEvent::Found(light) => vertex["found"] = spectrum(*light),
+                PathEvent::Sampled { light, place, radiance, visible } => {
+                    let sampled = self.light(*light, *place, *radiance, *visible);
+                    match vertex.get_mut("lights").and_then(Value::as_array_mut) {
+                        Some(lights) => lights.push(sampled),
+                        None => vertex["lights"] = json!([sampled]),
+                    }
+                }
+                PathEvent::Scattered { direction, weight, pdf, specular } => {
+                    vertex["scattered"] = json!({
+                        "direction": vector(*direction),
+                        "weight": spectrum(*weight),
+                        "density_per_sr": number((*pdf).into()),
+                        "specular": specular,
+                    });
+                }
+                PathEvent::Ended(why) => vertex["ended"] = json!(why),
+            }
+        }
+        vertices
+    }
+
+    /// Where a ray led.
+    fn end(&self, ray: &Ray, end: &Traced) -> Value {
+        let mut vertex = json!({ "from": self.to_world(ray.origin), "departure": vector(ray.direction) });
+        if end.phi != 0.0 {
+            vertex["swept_angle"] = number(end.phi);
+        }
+        vertex["outcome"] = json!(match end.arrival {
+            Arrival::Surface(_) => "hit",
+            Arrival::Sky(_) => "escaped",
+            Arrival::Hole => "captured",
+            Arrival::OutOfSteps => "out of steps",
+        });
+        match end.arrival {
+            Arrival::Surface(hit) => self.surface(&hit, &mut vertex),
+            Arrival::Sky(direction) => vertex["direction"] = vector(direction),
+            Arrival::Hole | Arrival::OutOfSteps => {}
+        }
+        vertex
+    }
+
+    fn surface(&self, hit: &SurfaceHit, vertex: &mut Value) {
+        let scene = &self.built.scene;
+        let surface = scene.world.surface(hit);
+        let shape = scene.shapes[hit.geometry as usize].index;
+        vertex["point"] = self.to_world(hit.point);
+        vertex["direction"] = vector(hit.direction);
+        vertex["normal"] = vector(surface.normal);
+        vertex["shading_normal"] = vector(surface.shading_normal);
+        vertex["uv"] = json!([number(surface.uv.x.into()), number(surface.uv.y.into())]);
+        vertex["shape"] = json!(shape);
+        vertex["triangle"] = json!(hit.primitive);
+        vertex["surface"] = named(self.labels.shape(shape, self.sources));
+    }
+
+    /// A light that was looked for.
+    fn light(&self, number: u32, place: LightPlace, radiance: SampledSpectrum, visible: bool) -> Value {
+        let scene = &self.built.scene;
+        let label = match scene.emitters.get(number as usize) {
+            Some(emitter) => self.labels.shape(scene.shapes[emitter.geometry as usize].index, self.sources),
+            None => self.labels.light(number - scene.emitters.len() as u32, self.sources),
+        };
+        let mut object = json!({ "light": named(label), "radiance": spectrum(radiance), "visible": visible });
+        match place {
+            LightPlace::Point(p) => object["point"] = self.to_world(p),
+            LightPlace::Sky(direction) => object["direction"] = vector(direction),
+        }
+        object
+    }
+}

@@ -1,0 +1,73 @@
+//! One sample of one pixel: its ray and wavelengths, and what the film receives of it.
+
+use crate::not_finite::SampleId;
+use crate::render::Job;
+use bhs_core::integrator::Ray;
+use bhs_core::observer::Observer;
+use bhs_core::sampling::SampleStream;
+use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
+use bhs_core::stats::TraceLog;
+use bhs_core::transport::PathSample;
+use glam::DVec2;
+
+/// One sample of one pixel, as its observer sees it.
+pub(crate) struct CameraSample {
+    /// Which.
+    pub id: SampleId,
+    /// The filter's weight.
+    pub weight: f32,
+    /// Wavelengths where the ray starts.
+    pub lambda: SampledWavelengths,
+    /// Wavelength where the ray starts over wavelength at E = 1, of the light that arrives along it; `None` where there is no static observer.
+    ratio: Option<f64>,
+}
+
+impl CameraSample {
+    /// The sample, and the path that is to be followed for it.
+    pub fn new<'a>(
+        job: &Job<'a>,
+        wavelengths: &VisibleWavelengths,
+        id: SampleId,
+        mut stream: SampleStream<'a>,
+    ) -> (Self, PathSample<'a>) {
+        let (offset, weight) = job.filter.sample(stream.next_2d());
+        let raster = DVec2::new(f64::from(id.pixel[0]) + 0.5, f64::from(id.pixel[1]) + 0.5) + offset.as_dvec2();
+        let view = job.camera.ray(raster, stream.next_2d());
+        let lambda = wavelengths.sample(stream.next_1d());
+        let observer = job.scene.observer(view.origin);
+        let direction = observer.unwrap_or(Observer::FLAT).chart_direction(view.direction);
+        let ray = Ray { origin: view.origin, direction, footprint: job.scene.footprints.camera };
+        let seen = Self { id, weight, lambda, ratio: observer.map(|o| o.ratio(direction)) };
+        let along = match seen.ratio {
+            Some(ratio) if ratio != 1.0 => SampledWavelengths { lambda_nm: lambda.at(ratio.recip() as f32), ..lambda },
+            _ => lambda,
+        };
+        (seen, PathSample { ray, lambda: along, stream, radiance: SampledSpectrum::ZERO })
+    }
+
+    /// Adds what `path` has found to the pixel's sums and returns the weight that it has there; `None`, and adds nothing, if it is not
+    /// finite.
+    pub fn add(&self, job: &Job, path: &PathSample, sums: &mut [f64], log: &mut TraceLog) -> Option<f64> {
+        log.counters.paths += 1;
+        // Weighted, as it is added: that may overflow too.
+        let weighted = self.received(job, path.radiance, log) * self.weight;
+        if !weighted.is_finite() {
+            log.counters.not_finite += 1;
+            return None;
+        }
+        job.film.add(weighted, &self.lambda, sums);
+        Some(f64::from(self.weight))
+    }
+
+    /// The spectral radiance `radiance` at E = 1 as the observer measures it where the ray starts.
+    pub fn received(&self, job: &Job, radiance: SampledSpectrum, log: &mut TraceLog) -> SampledSpectrum {
+        match self.ratio {
+            Some(1.0) => radiance,
+            Some(ratio) => radiance * job.scene.radiance_factor(ratio.recip()),
+            None => {
+                log.counters.inside_horizon += 1;
+                SampledSpectrum::ZERO
+            }
+        }
+    }
+}
