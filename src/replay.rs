@@ -91,7 +91,8 @@ fn named(label: Option<Label>) -> Value {
 }
 
 impl Replayed {
-    /// All of it as JSON. Places are in world space, directions those of the chart.
+    /// All of it as JSON. Places are in world space, directions those of the chart; radiances of vertices are at E = 1, those of the whole where
+    /// the ray starts.
     pub fn to_json(&self, built: &BuiltScene, labels: &Labels, sources: &SourceMap) -> Value {
         let writer = Writer { built, labels, sources };
         let channels = built.film.channels().into_iter().zip(self.channels.iter().map(|c| number(*c)));
@@ -152,7 +153,7 @@ impl Writer<'_> {
         for event in events {
             if let PathEvent::Traced { ray, end, throughput, lambda_nm } = event {
                 let mut vertex = self.end(ray, end);
-                vertex["wavelengths_nm"] = numbers(*lambda_nm);
+                vertex["wavelengths_far_away_nm"] = numbers(*lambda_nm);
                 vertex["throughput"] = spectrum(*throughput);
                 vertices.push(vertex);
                 continue;

@@ -143,9 +143,8 @@ pub(super) fn assemble(
         return None;
     }
     let [lo, hi] = lambda_range;
-    let power = emitters
-        .iter()
-        .map(|e: &Emitter| finite_power(f64::from(e.light.exitance(lo, hi)) * e.area(&geometries[e.geometry as usize])));
+    let power =
+        emitters.iter().map(|e: &Emitter| finite_power(e.light.exitance(lo, hi) * e.area(&geometries[e.geometry as usize])));
     let lights: Vec<Arc<dyn Light>> = parts
         .lights
         .into_iter()
@@ -156,7 +155,7 @@ pub(super) fn assemble(
         })
         .collect();
     let radius = scene_radius(&bounds);
-    let light_choice = Discrete::new(power.chain(lights.iter().map(|l| finite_power(l.power(lo, hi, radius).into()))));
+    let light_choice = Discrete::new(power.chain(lights.iter().map(|l| finite_power(l.power(lo, hi, radius)))));
 
     let (intersector_span, builder) = parts.intersector?;
     let intersector = match builder.build(&geometries) {

@@ -113,7 +113,7 @@ fn attribute_states_defaults() {
     }
     let wide: Vec<f64> = scene.scene.world.geometries.iter().map(|g| g.bounds().max.x).collect();
     assert!(wide.iter().zip([4.0, 3.0, 1.0]).all(|(w, r)| (w - r).abs() < 1e-3 * r), "{wide:?}");
-    let power = |text: &str| f64::from(built(text).scene.lights[0].power(360.0, 830.0, 1.0));
+    let power = |text: &str| built(text).scene.lights[0].power(360.0, 830.0, 1.0);
     let (given, plain) = (
         power("Attribute \"light\" \"float scale\" 3 WorldBegin LightSource \"point\""),
         power("WorldBegin LightSource \"point\""),

@@ -22,7 +22,7 @@ pub trait AreaLight: Send + Sync {
     fn radiance(&self, at: &Emission) -> SampledSpectrum;
 
     /// Exitance averaged over `lo..=hi` (nm), all sides: what lights are chosen by.
-    fn exitance(&self, lo: f32, hi: f32) -> f32;
+    fn exitance(&self, lo: f32, hi: f32) -> f64;
 }
 
 /// A direction drawn for sampling the sky.
@@ -75,7 +75,7 @@ pub trait Light: Send + Sync {
 
     /// Power averaged over `lo..=hi` (nm) of a light that can be aimed at [W nm^-1]: what lights are chosen by. Of a light of the sky it
     /// is what falls on a sphere of the given radius, which is that of the scene (scene units).
-    fn power(&self, _lo: f32, _hi: f32, _radius: f64) -> f32 {
+    fn power(&self, _lo: f32, _hi: f32, _radius: f64) -> f64 {
         0.0
     }
 

@@ -15,10 +15,10 @@ pub enum PathEvent {
         end: Traced,
         /// Weight of the light that it finds there.
         throughput: SampledSpectrum,
-        /// The wavelengths that it has, at the camera (nm).
+        /// The wavelengths that it has, at E = 1 (nm).
         lambda_nm: [f32; N_LAMBDA],
     },
-    /// It has met light: of a surface, or of the sky. The light is as the camera receives it, weighted against light sampling.
+    /// It has met light: of a surface, or of the sky. The radiance is that at E = 1, weighted against light sampling.
     Found(SampledSpectrum),
     /// Light sampling has looked for light from a point or a direction.
     Sampled {
@@ -26,7 +26,7 @@ pub enum PathEvent {
         light: u32,
         /// Its point, or its direction in the sky.
         place: LightPlace,
-        /// What arrives from there if nothing stands in the way, as the camera receives it.
+        /// What the path gains from there if nothing stands in the way, at E = 1.
         radiance: SampledSpectrum,
         /// Whether nothing does.
         visible: bool,

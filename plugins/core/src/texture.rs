@@ -7,7 +7,7 @@ use crate::composite::Composite;
 use crate::diagnostics::{Diagnostic, Spanned};
 use crate::image::Image;
 use crate::material::{Material, Shading};
-use crate::params::{Constant, Context, ParamInfo, Params};
+use crate::params::{Constant, Context, FromParam, ParamInfo, Params};
 use crate::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
 use crate::value::{Param, ParamType, Values};
 use std::ops::RangeInclusive;
@@ -276,7 +276,7 @@ impl Params<'_> {
         self.ask(ParamInfo { name, ty, default: shown, unit, about });
         let value = self.lookup::<f64>(name)?;
         if !range.contains(&value) {
-            let cause = format!("expected a value from {lo} to {hi}, found {value}");
+            let cause = format!("expected a value from {} to {}, found {}", lo.show(), hi.show(), value.show());
             self.reject(name, format!("`{name}` is out of range"), cause);
             return None;
         }
@@ -299,7 +299,10 @@ impl Params<'_> {
                 let given = self.optional_spectrum(name, default.to_string(), role, "", about);
                 given.map_or(TextureInput::Number(default), TextureInput::Spectrum)
             }
-            TextureKind::Float => TextureInput::Number(self.get(name, f64::from(default), "", about) as f32),
+            TextureKind::Float => {
+                let largest = f64::from(f32::MAX);
+                TextureInput::Number(self.get_in(name, f64::from(default), -largest..=largest, "", about) as f32)
+            }
         };
         self.relabel(ty);
         input

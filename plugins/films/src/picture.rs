@@ -19,7 +19,8 @@ enum ToneCurve {
 
 impl ToneCurve {
     fn apply(self, x: f32) -> f32 {
-        let x = x.max(0.0);
+        // As white as can be long before the end, where the curves would become 0/0.
+        let x = x.clamp(0.0, 1e6);
         match self {
             Self::Clip => x,
             Self::Reinhard => x * (1.0 + x / 16.0) / (1.0 + x),

@@ -15,12 +15,12 @@
 //! Shape "sphere" "float radius" 0.1
 //! ```
 
-use crate::{mean, scale};
+use crate::{factor, mean, scale};
 use bhs_core::light::{AreaLight, Emission};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// The entry in the list of area lights.
@@ -29,7 +29,7 @@ pub const PLUGIN: Plugin<dyn AreaLight> =
 
 fn build(p: &Params) -> Option<Box<dyn AreaLight>> {
     let radiance = p.spectrum("L", 1.0, SpectrumRole::Emission, "W m^-2 sr^-1 nm^-1", "emitted spectral radiance");
-    let scale = scale(p);
+    let scale = factor(p, "L", radiance.as_ref(), scale(p));
     let two_sided = p.get("twosided", false, "", "whether both sides emit");
     Some(Box::new(Diffuse { radiance, scale, two_sided }))
 }
@@ -49,8 +49,8 @@ impl AreaLight for Diffuse {
         }
     }
 
-    fn exitance(&self, lo: f32, hi: f32) -> f32 {
+    fn exitance(&self, lo: f32, hi: f32) -> f64 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
-        PI * mean(self.radiance.as_ref(), lo, hi) * self.scale * sides
+        PI * mean(self.radiance.as_ref(), lo, hi) * f64::from(self.scale) * sides
     }
 }

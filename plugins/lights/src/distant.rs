@@ -17,13 +17,13 @@
 //! LightSource "distant" "spectrum L" 3 "point3 from" [1 2 -1] "point3 to" [0 0 0]
 //! ```
 
-use crate::{aim, mean, rescale, scale};
+use crate::{aim, factor, mean, rescale, scale};
 use bhs_core::light::{Light, SkySample};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
 use glam::{DVec3, Vec2};
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// The entry in the list of lights.
@@ -36,6 +36,7 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let aim = aim(p, ["a point on the way of the light, under the current transform", "a point farther on the way of the light"]);
     let about = "instead of the strength of `L`: irradiance weighted by the eye, integral(L ybar) / integral(ybar)";
     let scale = scale * rescale(p, "illuminance", about, irradiance.as_ref(), 1.0);
+    let scale = factor(p, "L", irradiance.as_ref(), scale);
     let (_, onwards) = aim?;
     Some(Box::new(Distant { irradiance, scale, direction: -onwards }))
 }
@@ -56,7 +57,7 @@ impl Light for Distant {
         self.irradiance.sample(lambda_nm) * self.scale
     }
 
-    fn power(&self, lo: f32, hi: f32, radius: f64) -> f32 {
-        PI * (radius * radius) as f32 * mean(self.irradiance.as_ref(), lo, hi) * self.scale
+    fn power(&self, lo: f32, hi: f32, radius: f64) -> f64 {
+        PI * radius * radius * mean(self.irradiance.as_ref(), lo, hi) * f64::from(self.scale)
     }
 }

@@ -18,14 +18,14 @@
 //! ```
 
 use crate::sky_map::SkyMap;
-use crate::{rescale_to, scale};
+use crate::{factor, factor_of, rescale_to, scale};
 use bhs_core::diagnostics::{Diagnostic, Spanned};
 use bhs_core::image::Texels;
 use bhs_core::light::{Light, SkySample};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
-use bhs_spectra::{luminance, rgb_emission};
+use bhs_spectra::{d65, luminance, rgb_emission};
 use glam::{DMat3, DVec3, Vec2};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -41,6 +41,7 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let about = "irradiance from the upper half (+z), weighted by the eye, to which it is scaled";
     let Some(filename) = filename else {
         let scale = scale * rescale_to(p, "illuminance", about, || PI * luminance(radiance.as_ref()));
+        let scale = factor(p, "L", radiance.as_ref(), scale);
         return Some(Box::new(Uniform { radiance, scale }));
     };
     if p.is_given("L") {
@@ -48,6 +49,9 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     }
     let map = read(p, filename);
     let scale = scale * rescale_to(p, "illuminance", about, || map.as_ref().map_or(1.0, SkyMap::illuminance));
+    let [lo, hi] = p.context().lambda_range;
+    let greatest = map.as_ref().map_or(0.0, |m| f64::from(m.greatest()) * f64::from(d65().max(lo, hi)));
+    let scale = factor_of(p, "filename", greatest, scale);
     let map_from_chart = map_from_chart(p)?;
     Some(Box::new(Pictured { map: map?, map_from_chart, scale }))
 }
@@ -132,8 +136,7 @@ impl Light for Pictured {
         self.map.pdf(self.map_from_chart * direction)
     }
 
-    fn power(&self, lo: f32, hi: f32, radius: f64) -> f32 {
-        let d65 = f64::from(crate::mean(bhs_spectra::d65(), lo, hi));
-        (PI * radius * radius * self.map.total() * d65) as f32 * self.scale
+    fn power(&self, lo: f32, hi: f32, radius: f64) -> f64 {
+        PI * radius * radius * self.map.total() * crate::mean(d65(), lo, hi) * f64::from(self.scale)
     }
 }

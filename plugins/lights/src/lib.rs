@@ -20,39 +20,56 @@ pub const ALL: &[Plugin<dyn Light>] = &[distant::PLUGIN, infinite::PLUGIN, point
 pub const AREA: &[Plugin<dyn AreaLight>] = &[diffuse::PLUGIN];
 
 /// The parameter `scale`, which multiplies what a light emits.
-fn scale(p: &Params) -> f32 {
-    let scale = p.get("scale", 1.0, "", "multiplies what it emits") as f32;
-    if (0.0..f32::INFINITY).contains(&scale) {
-        return scale;
+fn scale(p: &Params) -> f64 {
+    p.get_in("scale", 1.0, 0.0..=f64::from(f32::MAX), "", "multiplies what it emits")
+}
+
+/// `scale` as a factor of `spectrum`, which the parameter `name` gives. Reports a light that is brighter than single precision can tell.
+fn factor(p: &Params, name: &str, spectrum: &dyn Spectrum, scale: f64) -> f32 {
+    let [lo, hi] = p.context().lambda_range;
+    factor_of(p, name, spectrum.max(lo, hi).into(), scale)
+}
+
+/// The same for a light whose greatest value is `greatest`.
+fn factor_of(p: &Params, name: &str, greatest: f64, scale: f64) -> f32 {
+    let brightest = greatest * scale;
+    if brightest.is_finite() && brightest <= f64::from(f32::MAX) && scale <= f64::from(f32::MAX) {
+        return scale as f32;
     }
-    p.reject("scale", "`scale` must be a number from 0 up", if scale < 0.0 { "light cannot be negative" } else { "too large" });
+    let at = if p.is_given("scale") { "scale" } else { name };
+    p.reject(
+        at,
+        format!("`{name}` times `scale` is too large"),
+        format!("it is {brightest:.3e}, and light is at most {:.3e}", f32::MAX),
+    );
     1.0
 }
 
 /// What the parameter `name`, if the scene gives it, multiplies a light with so that its strength, weighted by the eye, is the value:
 /// `measure` times the luminance of `spectrum`. As films of bhs show luminance, `integral(L ybar) / integral(ybar)`, pictures are as
 /// bright as those of pbrt-v4, which takes its `power` and `illuminance` in the same units.
-fn rescale(p: &Params, name: &'static str, about: &'static str, spectrum: &dyn Spectrum, measure: f64) -> f32 {
+fn rescale(p: &Params, name: &'static str, about: &'static str, spectrum: &dyn Spectrum, measure: f64) -> f64 {
     rescale_to(p, name, about, || measure * bhs_spectra::luminance(spectrum))
 }
 
 /// The same for a light of the strength `strength`.
-fn rescale_to(p: &Params, name: &'static str, about: &'static str, strength: impl Fn() -> f64) -> f32 {
-    match p.optional::<f64>(name, "", about) {
-        None => 1.0,
-        Some(wanted) if wanted <= 0.0 => {
-            p.reject(name, format!("`{name}` must be above 0"), format!("found {wanted}"));
-            1.0
-        }
-        Some(wanted) => {
-            let factor = (wanted / strength()) as f32;
-            if factor.is_finite() {
-                return factor;
-            }
-            p.reject(name, format!("`{name}` cannot be reached"), "the eye sees nothing of this light");
-            1.0
-        }
+fn rescale_to(p: &Params, name: &'static str, about: &'static str, strength: impl Fn() -> f64) -> f64 {
+    let Some(wanted) = p.optional::<f64>(name, "", about) else { return 1.0 };
+    if wanted <= 0.0 {
+        p.reject(name, format!("`{name}` must be above 0"), format!("found {wanted}"));
+        return 1.0;
     }
+    let (strength, single) = (strength(), f64::from(f32::MIN_POSITIVE)..=f64::from(f32::MAX));
+    let factor = wanted / strength;
+    if single.contains(&factor) {
+        return factor;
+    }
+    let why = match strength > 0.0 {
+        true => format!("the light has {strength:.3e}, and can be multiplied by {:.3e} to {:.3e}", single.start(), single.end()),
+        false => "the eye sees nothing of this light".to_owned(),
+    };
+    p.reject(name, format!("`{name}` cannot be reached"), why);
+    1.0
 }
 
 /// The parameters `from` and `to`, about which `about` says what they are: the one in world space, and the unit direction to the other.
@@ -69,11 +86,11 @@ fn aim(p: &Params, about: [&'static str; 2]) -> Option<(DVec3, DVec3)> {
 }
 
 /// The mean of a spectrum over `lo..=hi`, in nm, by the midpoint rule with steps of at most a nanometre.
-fn mean(spectrum: &dyn Spectrum, lo: f32, hi: f32) -> f32 {
+fn mean(spectrum: &dyn Spectrum, lo: f32, hi: f32) -> f64 {
     let n = (f64::from(hi - lo).ceil() as usize).clamp(1, 10_000);
     let step = f64::from(hi - lo) / n as f64;
     let sum: f64 = (0..n).map(|i| f64::from(spectrum.at((f64::from(lo) + (i as f64 + 0.5) * step) as f32))).sum();
-    (sum / n as f64) as f32
+    sum / n as f64
 }
 
 #[cfg(test)]

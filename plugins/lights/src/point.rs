@@ -16,13 +16,13 @@
 //! LightSource "point" "spectrum I" 4 "point3 from" [0 2 0]
 //! ```
 
-use crate::{mean, rescale, scale};
+use crate::{factor, mean, rescale, scale};
 use bhs_core::light::Light;
 use bhs_core::params::{Params, Point3};
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
 use glam::DVec3;
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// The entry in the list of lights.
@@ -33,7 +33,8 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let scale = scale(p);
     let from = p.get("from", Point3(DVec3::ZERO), "scene", "where it is, under the current transform");
     let about = "instead of the strength of `I`: power weighted by the eye, over all directions";
-    let scale = scale * rescale(p, "power", about, intensity.as_ref(), 4.0 * f64::from(PI));
+    let scale = scale * rescale(p, "power", about, intensity.as_ref(), 4.0 * PI);
+    let scale = factor(p, "I", intensity.as_ref(), scale);
     let position = p.context().world_from_object.transform_point3(from.0);
     Some(Box::new(Point { intensity, scale, position }))
 }
@@ -54,8 +55,8 @@ impl Light for Point {
         self.intensity.sample(lambda_nm) * self.scale
     }
 
-    fn power(&self, lo: f32, hi: f32, _: f64) -> f32 {
-        4.0 * PI * mean(self.intensity.as_ref(), lo, hi) * self.scale
+    fn power(&self, lo: f32, hi: f32, _: f64) -> f64 {
+        4.0 * PI * mean(self.intensity.as_ref(), lo, hi) * f64::from(self.scale)
     }
 
     fn rebase(&mut self, origin: DVec3) {

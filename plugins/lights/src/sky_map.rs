@@ -49,6 +49,11 @@ impl SkyMap {
         self.pixels[y * self.size[0] + x]
     }
 
+    /// The greatest value of red, green or blue.
+    pub fn greatest(&self) -> f32 {
+        self.pixels.as_flattened().iter().copied().fold(0.0, f32::max)
+    }
+
     /// The integral of the luminance over all directions.
     pub fn total(&self) -> f64 {
         self.rows.total()

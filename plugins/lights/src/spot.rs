@@ -19,7 +19,7 @@
 //! LightSource "spot" "spectrum I" 20 "point3 from" [0 3 0] "point3 to" [0 0 0] "float coneangle" 20
 //! ```
 
-use crate::{aim, mean, rescale, scale};
+use crate::{aim, factor, mean, rescale, scale};
 use bhs_core::light::Light;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
@@ -42,6 +42,7 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let cone = Cone { outer: cos(angle), inner: cos(angle - delta) };
     let about = "instead of the strength of `I`: power weighted by the eye, over all directions";
     let scale = scale * rescale(p, "power", about, intensity.as_ref(), cone.solid_angle());
+    let scale = factor(p, "I", intensity.as_ref(), scale);
     let (position, axis) = aim?;
     Some(Box::new(Spot { intensity, scale, position, axis, cone }))
 }
@@ -94,8 +95,8 @@ impl Light for Spot {
         }
     }
 
-    fn power(&self, lo: f32, hi: f32, _: f64) -> f32 {
-        self.cone.solid_angle() as f32 * mean(self.intensity.as_ref(), lo, hi) * self.scale
+    fn power(&self, lo: f32, hi: f32, _: f64) -> f64 {
+        self.cone.solid_angle() * mean(self.intensity.as_ref(), lo, hi) * f64::from(self.scale)
     }
 
     fn rebase(&mut self, origin: DVec3) {

@@ -105,7 +105,7 @@ fn by_default_one_side_emits_one() {
     assert_eq!(light.radiance(&at(0.3, LAMBDA)), SampledSpectrum::ONE);
     assert_eq!(light.radiance(&at(-0.3, LAMBDA)), SampledSpectrum::ZERO);
     assert_eq!(light.radiance(&at(0.0, LAMBDA)), SampledSpectrum::ZERO);
-    assert!((light.exitance(360.0, 830.0) / PI - 1.0).abs() < 1e-6);
+    assert!((light.exitance(360.0, 830.0) / f64::from(PI) - 1.0).abs() < 1e-6);
 }
 
 #[test]
@@ -123,8 +123,8 @@ fn spectrum_and_scale_multiply() {
     assert!(near(area(&params).radiance(&at(1.0, LAMBDA))));
     assert!(near(sky(&params).sky_radiance(DVec3::Y, LAMBDA)));
     // The mean of a ramp is its value in the middle.
-    assert!((area(&params).exitance(400.0, 700.0) / (PI * 6.6) - 1.0).abs() < 1e-5);
-    assert!((area(&params).exitance(550.0, 550.0) / (PI * 6.6) - 1.0).abs() < 1e-5);
+    assert!((area(&params).exitance(400.0, 700.0) / f64::from(PI * 6.6) - 1.0).abs() < 1e-5);
+    assert!((area(&params).exitance(550.0, 550.0) / f64::from(PI * 6.6) - 1.0).abs() < 1e-5);
 }
 
 #[test]
@@ -137,7 +137,7 @@ fn the_exitance_is_the_integral_of_the_radiance() {
         let c = -1.0 + 2.0 * (i as f32 + 0.5) / n as f32;
         sum += light.radiance(&at(c, [550.0; 4]))[0] * c.abs() * 2.0 / n as f32;
     }
-    assert!((2.0 * PI * sum / light.exitance(550.0, 550.0) - 1.0).abs() < 1e-4);
+    assert!((f64::from(2.0 * PI * sum) / light.exitance(550.0, 550.0) - 1.0).abs() < 1e-4);
 }
 
 #[test]
@@ -148,8 +148,8 @@ fn the_sky_is_one_by_default() {
 #[test]
 fn faults_are_told() {
     let errors = |params: &[Param]| build(plugin("infinite"), params).1;
-    assert_eq!(errors(&[number(ParamType::Float, "scale", -1.0)]), ["`scale` must be a number from 0 up"]);
-    assert_eq!(errors(&[number(ParamType::Float, "scale", 1e300)]), ["`scale` must be a number from 0 up"]);
+    assert_eq!(errors(&[number(ParamType::Float, "scale", -1.0)]), ["`scale` is out of range"]);
+    assert_eq!(errors(&[number(ParamType::Float, "scale", 1e300)]), ["`scale` is out of range"]);
     assert_eq!(errors(&[number(ParamType::Integer, "filename", 1.0)]), ["`filename` has the type `string`, not `integer`"]);
     assert_eq!(errors(&[number(ParamType::Integer, "portal", 1.0)]), ["unknown parameter `portal`"]);
     assert_eq!(errors(&[number(ParamType::Float, "illuminance", -1.0)]), ["`illuminance` must be above 0"]);
@@ -194,7 +194,7 @@ fn a_spot_falls_off_between_its_cones_and_its_power_is_the_integral() {
     let n = 200_000;
     let sum: f64 = directions(n).map(|d| f64::from(spot.intensity(d, [500.0; 4])[0])).sum();
     let power = 4.0 * std::f64::consts::PI * sum / f64::from(n);
-    assert!((power / f64::from(spot.power(500.0, 500.0, 1.0)) - 1.0).abs() < 1e-3);
+    assert!((power / spot.power(500.0, 500.0, 1.0) - 1.0).abs() < 1e-3);
 }
 
 #[test]
@@ -227,5 +227,5 @@ fn a_distant_light_shines_from_from_to_to() {
     assert!((sample.direction - DVec3::new(0.0, 0.6, 0.8)).length() < 1e-12 && sample.is_parallel);
     assert_eq!((distant.sky_radiance(sample.direction, LAMBDA), distant.sky_pdf(sample.direction)), (SampledSpectrum::ZERO, 0.0));
     // pi r^2 falls on a sphere.
-    assert!((distant.power(400.0, 700.0, 3.0) / (9.0 * PI) - 1.0).abs() < 1e-5);
+    assert!((distant.power(400.0, 700.0, 3.0) / f64::from(9.0 * PI) - 1.0).abs() < 1e-5);
 }

@@ -121,3 +121,18 @@ fn points(n: u32) -> impl Iterator<Item = Vec2> {
         Vec2::new(i as f32 + 0.5, radical_inverse + 0.5) / n as f32
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_much_light_gets_out_of_a_clear_coat_as_gets_in() {
+        // Even light: what passes from outside, over the square of the index, is what the ground's light does not lose by reflection.
+        for eta in [0.1, 0.2, 0.5, 0.9, 1.1, 1.5, 4.0, 10.0] {
+            let coat = Coat::new(eta, None, 0.0);
+            let (inwards, outwards) = (coat.mean_through / (eta * eta), 1.0 - coat.back);
+            assert!((inwards / outwards - 1.0).abs() < 0.05, "{eta}: {inwards} {outwards}");
+        }
+    }
+}

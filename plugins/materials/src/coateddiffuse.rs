@@ -15,7 +15,7 @@
 //! | `uroughness`, `vroughness` | float | `roughness` | | must be equal: different ones are not supported yet |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
 //! | `thickness` | float | 0.01 | | of the coat: light that crosses it straight keeps exp(-thickness) |
-//! | `eta` | spectrum | 1.5 | | the coat's refractive index; the same at all wavelengths |
+//! | `eta` | spectrum | 1.5 | | the coat's refractive index, 0.1 to 10; the same at all wavelengths |
 //! | `albedo` | spectrum | 0 | | must be 0: a coat that scatters light is not supported yet |
 //! | `g` | float | 0 | | no effect in a clear coat |
 //! | `maxdepth`, `nsamples` | integer | 10, 1 | | no effect: all ways of the light are summed |
@@ -37,10 +37,14 @@ use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
 use bhs_core::texture::SpectrumParameter;
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
+use std::ops::RangeInclusive;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Material> =
     Plugin { name: "coateddiffuse", summary: "a matt surface under a clear coat, such as plastic or varnish", build };
+
+/// The range of indices: beyond it, what gets through a coat is so little that the sums over its ways say nothing.
+const INDICES: RangeInclusive<f32> = 0.1..=10.0;
 
 struct CoatedDiffuse {
     reflectance: SpectrumParameter,
@@ -67,8 +71,13 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
     };
     let thickness =
         p.get_in("thickness", 0.01, 0.0..=1e6, "", "of the coat: light that crosses it straight keeps exp(-thickness)");
-    let spectrum =
-        p.spectrum("eta", 1.5, SpectrumRole::Unbounded, "", "refractive index of the coat, the same at all wavelengths");
+    let spectrum = p.spectrum(
+        "eta",
+        1.5,
+        SpectrumRole::Unbounded,
+        "",
+        "refractive index of the coat, 0.1 to 10, the same at all wavelengths",
+    );
     let mut eta = spectrum.at(p.context().lambda_range[0]);
     if !spectrum.is_constant() {
         p.report(
@@ -76,8 +85,10 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
                 .at(p.span_of("eta"), "this refractive index depends on the wavelength")
                 .help("give a number"),
         );
-    } else if eta <= 0.0 {
-        p.reject("eta", format!("`eta` is {eta}"), "a refractive index is greater than 0");
+    }
+    if !INDICES.contains(&eta) {
+        let (least, most) = (INDICES.start(), INDICES.end());
+        p.reject("eta", format!("`eta` is {eta}"), format!("the refractive index of a coat lies between {least} and {most}"));
         eta = 1.5;
     }
     let albedo = p.spectrum("albedo", 0.0, SpectrumRole::Reflectance, "", "must be 0: a coat that scatters is not supported yet");

@@ -14,7 +14,7 @@
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `eta` | spectrum | 1.5 | | refractive index; one that depends on the wavelength disperses light |
+//! | `eta` | spectrum | 1.5 | | refractive index, 0.001 to 1000; one that depends on the wavelength disperses light |
 //! | `roughness` | float, texture | 0 | | 0 (polished) to 1 |
 //! | `uroughness`, `vroughness` | float, texture | `roughness` | | must be equal: different ones are not supported yet |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
@@ -32,14 +32,15 @@ use bhs_core::material::{BsdfSample, Material, Shading};
 use bhs_core::params::Params;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
 use glam::{Vec2, Vec3};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Material> =
     Plugin { name: "dielectric", summary: "glass or water, smooth or rough: reflects, refracts and disperses", build };
 
-/// Less than any index: what a table that touches 0 beyond the film's range is taken for.
-const LEAST_INDEX: f32 = 1e-2;
+/// The range of indices. No substance lies outside; beyond it, squares that radiance is multiplied with soon leave single precision.
+const INDICES: RangeInclusive<f32> = 1e-3..=1e3;
 
 /// Refractive index of the inside over that of the outside.
 enum Index {
@@ -55,11 +56,13 @@ struct Dielectric {
 }
 
 fn build(p: &Params) -> Option<Box<dyn Material>> {
-    let eta = p.spectrum("eta", 1.5, SpectrumRole::Unbounded, "", "refractive index; it may depend on the wavelength");
+    let eta =
+        p.spectrum("eta", 1.5, SpectrumRole::Unbounded, "", "refractive index, 0.001 to 1000; it may depend on the wavelength");
     let [lo, hi] = p.context().lambda_range;
     let wavelengths = (0..=64).map(|i| lo + (hi - lo) * i as f32 / 64.0);
-    if let Some(bad) = wavelengths.map(|l| eta.at(l)).find(|eta| *eta <= 0.0) {
-        p.reject("eta", format!("`eta` is {bad}"), "a refractive index is greater than 0");
+    if let Some(bad) = wavelengths.map(|l| eta.at(l)).find(|eta| !INDICES.contains(eta)) {
+        let (least, most) = (INDICES.start(), INDICES.end());
+        p.reject("eta", format!("`eta` is {bad}"), format!("a refractive index lies between {least} and {most}"));
     }
     let index = if eta.is_constant() { Index::Constant(eta.at(lo)) } else { Index::Dispersive(eta) };
     Some(Box::new(Dielectric { index, facets: Facets::read(p) }))
@@ -68,7 +71,8 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
 impl Dielectric {
     /// The index at the wavelengths of a path.
     fn indices(spectrum: &dyn Spectrum, at: &Shading) -> SampledSpectrum {
-        spectrum.sample(at.lambda_nm).map(|eta| eta.max(LEAST_INDEX))
+        // A table may leave the range beyond that of the film, from where shifted light comes.
+        spectrum.sample(at.lambda_nm).map(|eta| eta.clamp(*INDICES.start(), *INDICES.end()))
     }
 
     /// The BSDF times |cos(theta_i)|, and the density of `wi`, on a rough surface.

@@ -22,6 +22,9 @@ pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
 /// Born and Wolf 1999, section 14.2 (eqs. 14.2.10 to 14.2.17), in real arithmetic: with `(a + i b)^2 = (eta + i k)^2 - sin^2`,
 /// the complex cosine of the refracted wave times its index is `a + i b`.
 pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
+    if eta > LARGE || k > LARGE {
+        return conductor_of_large_index(cos_i.into(), eta.into(), k.into()) as f32;
+    }
     let cos2 = cos_i * cos_i;
     let sin2 = (1.0 - cos2).max(0.0);
     let real = eta * eta - k * k - sin2;
@@ -42,7 +45,43 @@ pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     0.5 * (parallel + perpendicular)
 }
 
+/// Fourth powers of larger indices leave single precision.
+const LARGE: f32 = 1e4;
+
+/// The same for an index that is large: sin^2 is nothing beside its square, light goes straight on inside, and `a + i b` is the index itself.
+fn conductor_of_large_index(cos_i: f64, eta: f64, k: f64) -> f64 {
+    let ratio = |cos: f64, one: f64| {
+        let (less, more) = (eta * cos - one, eta * cos + one);
+        let absorbed = k * cos * k * cos;
+        (less * less + absorbed) / (more * more + absorbed)
+    };
+    0.5 * (ratio(cos_i, 1.0) + ratio(1.0, cos_i))
+}
+
 /// The direction that mirrors `w` at a surface with the unit normal `n`.
 pub fn reflect(w: Vec3, n: Vec3) -> Vec3 {
     2.0 * w.dot(n) * n - w
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_forms_agree_where_they_meet_and_the_largest_indices_are_mirrors() {
+        for cos in [0.0f32, 1e-3, 0.1, 0.5, 0.9, 1.0] {
+            for (eta, k) in [(9999.0f32, 9999.0), (9999.0, 0.0), (1.5, 9999.0), (0.0, 9999.0)] {
+                let large = conductor_of_large_index(cos.into(), eta.into(), k.into()) as f32;
+                assert!((conductor(cos, eta, k) - large).abs() < 2e-6, "{cos} {eta} {k}: {} {large}", conductor(cos, eta, k));
+            }
+            for index in [1e30f32, f32::MAX] {
+                for (eta, k) in [(index, index), (index, 0.0), (0.0, index), (1e-30, index), (index, 1e-30)] {
+                    assert!((conductor(cos, eta, k) - 1.0).abs() < 1e-6, "{cos} {eta} {k}");
+                }
+            }
+            // Nothing to speak of inside: no wave goes on there.
+            assert_eq!(conductor(cos, 1e-30, 1e-30), 1.0);
+            assert_eq!(conductor(cos, 0.0, 0.0), 1.0);
+        }
+    }
 }

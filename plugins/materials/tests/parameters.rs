@@ -64,7 +64,9 @@ fn conductor_refuses_what_it_cannot_do() {
 
 #[test]
 fn dielectric_refuses_what_it_cannot_do() {
-    expect("dielectric", &[float("eta", 0.0)], &["`eta` is 0", "greater than 0"]);
+    for eta in [0.0, 1e-30, 9e-4, 1001.0, 1e30] {
+        expect("dielectric", &[float("eta", eta)], &["`eta` is", "lies between 0.001 and 1000"]);
+    }
     expect("dielectric", &[float("roughness", 2.0)], &["`roughness` is out of range"]);
     expect("dielectric", &[float("uroughness", 0.1)], &["not supported yet", "0.1 along one tangent"]);
     build("dielectric", &[float("roughness", 0.1), boolean("remaproughness", false), named("eta", "glass-SF11")]);
@@ -75,7 +77,9 @@ fn coats_and_mixes_refuse_what_they_cannot_do() {
     expect("coateddiffuse", &[float("albedo", 0.5)], &["a coat that scatters light is not supported yet"]);
     expect("coateddiffuse", &[named("eta", "glass-BK7")], &["dispersion in a coat is not supported yet"]);
     expect("coateddiffuse", &[texture("roughness", "ramp")], &["a texture of a coat's roughness"]);
-    expect("coateddiffuse", &[float("eta", 0.0)], &["greater than 0"]);
+    for eta in [0.0, 1e-30, 0.09, 10.1, 1e30] {
+        expect("coateddiffuse", &[float("eta", eta)], &["`eta` is", "lies between 0.1 and 10"]);
+    }
     expect("mix", &[texts("materials", &["gold"])], &["`materials` has 1 names", "a mix is of two materials"]);
     expect("mix", &[texts("materials", &["gold", "matt"]), float("amount", 1.5)], &["`amount` is out of range"]);
 }

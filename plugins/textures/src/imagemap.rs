@@ -65,6 +65,9 @@ impl Encoding {
     }
 }
 
+/// The largest value of a picture: what spectra are made of it stays within single precision.
+const LARGEST: f32 = 1e37;
+
 struct ImageMap {
     image: Arc<Image>,
     /// The light of each value of a byte.
@@ -187,7 +190,7 @@ impl ImageMap {
         } else {
             self.texel(p.x.floor() as i64, p.y.floor() as i64)
         } * self.scale;
-        (if self.invert { 1.0 - rgb } else { rgb }).max(Vec3::ZERO)
+        (if self.invert { 1.0 - rgb } else { rgb }).clamp(Vec3::ZERO, Vec3::splat(LARGEST))
     }
 }
 

@@ -12,6 +12,9 @@ pub struct UvMapping {
     delta: Vec2,
 }
 
+/// The largest factor and offset: numbers of texels stay whole numbers of 64 bits.
+const LARGEST: f64 = 1e9;
+
 impl UvMapping {
     /// Reads the parameters of the mapping.
     pub fn read(p: &Params) -> Self {
@@ -25,7 +28,7 @@ impl UvMapping {
             };
             p.report(Diagnostic::error("bad-value", message).at(p.span_of("mapping"), "").help(help));
         }
-        let number = |name, default, about| p.get(name, default, "", about) as f32;
+        let number = |name, default, about| p.get_in(name, default, -LARGEST..=LARGEST, "", about) as f32;
         Self {
             scale: Vec2::new(number("uscale", 1.0, "factor of u"), number("vscale", 1.0, "factor of v")),
             delta: Vec2::new(number("udelta", 0.0, "added to u"), number("vdelta", 0.0, "added to v")),

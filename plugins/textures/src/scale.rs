@@ -53,10 +53,11 @@ impl Composite for Scale {
     }
 
     fn spectrum_with(&self, at: &Shading, known: &mut KnownParts) -> SampledSpectrum {
-        self.tex.spectrum_with(at, known) * self.scale.at_with(at, known)
+        // Two large numbers: what they make would be no number where another texture multiplies it by 0.
+        (self.tex.spectrum_with(at, known) * self.scale.at_with(at, known)).map(|v| v.min(f32::MAX))
     }
 
     fn float_with(&self, at: &Shading, known: &mut KnownParts) -> f32 {
-        self.tex.float_with(at, known) * self.scale.at_with(at, known)
+        (self.tex.float_with(at, known) * self.scale.at_with(at, known)).clamp(f32::MIN, f32::MAX)
     }
 }

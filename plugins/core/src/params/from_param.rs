@@ -49,7 +49,9 @@ impl FromParam for f64 {
         }
     }
     fn show(&self) -> String {
-        format!("{self}")
+        // Not hundreds of digits.
+        let size = self.abs();
+        if size >= 1e15 || (size > 0.0 && size < 1e-6) { format!("{self:e}") } else { format!("{self}") }
     }
 }
 
