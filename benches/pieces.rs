@@ -51,7 +51,7 @@ fn steps(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("steps");
     group.throughput(Throughput::Elements(starts.len() as u64));
     group.bench_function("Runge-Kutta", |b| {
-        b.iter(|| starts.iter().map(|s| Rk4Orbit { rs: hole.rs, step: 0.1, state: *s }.advance().0.end.u).sum::<f64>())
+        b.iter(|| starts.iter().map(|s| Rk4Orbit { hole: hole.rs.into(), step: 0.1, state: *s }.advance().0.end.u).sum::<f64>())
     });
     group.bench_function("Taylor series, error 1e-6", |b| {
         b.iter(|| {

@@ -64,7 +64,7 @@ fn is_critical(regime: &str) -> bool {
 pub fn measure() -> Result<()> {
     let references = references()?;
     let mut table = Table::new(&["integrator", "step or tolerance", "orbits", "median", "99 %", "worst", "ended too early"]);
-    let rk4 = |step: f64, r: &Reference| error(r, follow(Rk4Orbit { rs: r.rs, step, state: r.start }, r.truth.phi));
+    let rk4 = |step: f64, r: &Reference| error(r, follow(Rk4Orbit { hole: r.rs.into(), step, state: r.start }, r.truth.phi));
     let adaptive = |tolerance: f64, r: &Reference| error(r, follow(TaylorOrbit::new(r.rs, r.start, tolerance), r.truth.phi));
     let exact = |_: f64, r: &Reference| {
         let (u, du) = ClosedForm::new(r.rs, r.start.u, r.start.du).at(r.truth.phi);

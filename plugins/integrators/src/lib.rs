@@ -10,7 +10,6 @@
 
 pub mod arithmetic;
 pub mod chords;
-pub mod closed_form;
 pub mod connect;
 mod connect_lanes;
 pub mod connect_sky;
@@ -20,22 +19,21 @@ pub mod general;
 pub mod graded_index;
 pub mod joined;
 mod micro_steps;
-pub mod orbit;
 mod packet;
 mod packet_hits;
 mod packet_leaps;
-mod packet_orbit;
 pub mod refine;
 mod schwarzschild_adaptive;
 mod schwarzschild_exact;
 mod schwarzschild_rk4;
+pub mod spherical;
 mod straight;
-pub mod taylor;
 pub mod tracing;
 
 pub use schwarzschild_adaptive::Adaptive;
 pub use schwarzschild_exact::Exact;
 pub use schwarzschild_rk4::Rk4;
+pub use spherical::{closed_form, orbit, taylor};
 pub use straight::Straight;
 
 use bhs_core::Plugin;
@@ -48,5 +46,5 @@ pub const ALL: &[Plugin<dyn Integrator>] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "closed_form", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "micro_steps", "orbit", "packet", "packet_hits", "packet_leaps", "packet_orbit",             "refine", "taylor"]);
+        helpers: ["chords", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "micro_steps", "packet", "packet_hits", "packet_leaps",             "refine"]);
 }

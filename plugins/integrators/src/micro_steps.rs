@@ -22,7 +22,7 @@ pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, log: &mut Tra
         Err(arrival) => return arrival,
     };
     let (rs, plane) = (flight.hole.rs, flight.plane);
-    let mut orbit = Rk4Orbit { rs, step, state: flight.start };
+    let mut orbit = Rk4Orbit { hole: rs.into(), step, state: flight.start };
     let mut from = ray.origin;
     for _ in 0..max_steps {
         let (step, fate) = orbit.advance();

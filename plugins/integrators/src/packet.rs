@@ -7,7 +7,7 @@
 use crate::chords::{Chords, NEARBY, Place, surroundings};
 use crate::orbit::Dense;
 use crate::packet_hits::{Asked, Hits};
-use crate::packet_orbit::{Planes, Polars, Steps, errors};
+use crate::spherical::packet_orbit::{Planes, Polars, Steps, errors};
 use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::Aabb;
 use bhs_core::integrator::SurfaceHit;

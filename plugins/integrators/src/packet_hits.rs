@@ -2,8 +2,8 @@
 
 use crate::chords::{OVERLAP, SPLITS, Span};
 use crate::packet::{Packet, Places};
-use crate::packet_orbit::{Polars, Steps};
 use crate::refine::SMALL;
+use crate::spherical::packet_orbit::{Polars, Steps};
 use bhs_core::geometry::Segment;
 use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::PrimitiveHit;

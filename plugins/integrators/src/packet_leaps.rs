@@ -2,7 +2,7 @@
 
 use crate::chords::{ROUNDING, WORTHWHILE};
 use crate::packet::Packet;
-use crate::packet_orbit::Steps;
+use crate::spherical::packet_orbit::Steps;
 use bhs_core::lanes::{Lanes, none, pick};
 use bhs_core::stats::TraceLog;
 

@@ -94,7 +94,7 @@ impl Integrator for Rk4 {
             Err(arrival) => return arrival,
         };
         // One chord a step.
-        let orbit = Rk4Orbit { rs: flight.hole.rs, step: self.step, state: flight.start };
+        let orbit = Rk4Orbit { hole: flight.hole.rs.into(), step: self.step, state: flight.start };
         flight.follow(orbit, f64::INFINITY, self.max_steps, log)
     }
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 /// Follows an orbit to its end.
 fn follow(rs: f64, step: f64, state: State) -> (Vec<Step>, Fate) {
-    let mut orbit = Rk4Orbit { rs, step, state };
+    let mut orbit = Rk4Orbit { hole: rs.into(), step, state };
     let mut steps = Vec::new();
     loop {
         let (step, fate) = orbit.advance();

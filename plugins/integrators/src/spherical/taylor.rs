@@ -1,14 +1,15 @@
-//! Light orbits around a Schwarzschild hole by long Taylor steps.
+//! Light orbits around a round hole by long Taylor steps.
 //!
 //! `u'' = (3/2) rs u^2 - u` gives the Taylor coefficients of u one after the other, each by one short sum over the former:
 //!
 //! `(n+1)(n+2) c[n+2] = (3/2) rs (c[0] c[n] + c[1] c[n-1] + ... + c[n] c[0]) - c[n]`
 //!
-//! They are the dense output as well. A step is as long as the last coefficients allow (Jorba and Zou 2005, "A software
+//! and with a charge `- 2 q^2 (c c c)[n]`, by one more sum over those of u^2. They are the dense output as well. A step is as long as the last coefficients allow (Jorba and Zou 2005, "A software
 //! package for the numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14).
 
 use crate::arithmetic::polynomial::{LARGEST_ANGLE, TERMS, cos_sin, value, value_and_slope};
-use crate::orbit::{Dense, Fate, Polar, State, Stepper, room};
+use crate::spherical::Attraction;
+use crate::spherical::orbit::{Dense, Fate, Polar, State, Stepper, room};
 use bhs_core::real::{Real, fma};
 
 // Number of coefficients: measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
@@ -33,7 +34,7 @@ pub(crate) const LONGEST_POWER: f64 = {
 /// An orbit stepped by Taylor series.
 #[derive(Clone, Copy, Debug)]
 pub struct TaylorOrbit {
-    rs: f64,
+    hole: Attraction,
     state: Polar,
     /// Largest error of u in a step.
     error: f64,
@@ -47,12 +48,19 @@ impl TaylorOrbit {
     /// asked of a step: there an error on the way in changes `epsilon = (rs/b)^2 - 4/27`, and the angle at which the ray
     /// leaves by the relative change of epsilon. What cannot be asked for is an epsilon better than rounding: the angle is
     /// uncertain by some 1e-15/|epsilon|.
-    pub fn new(rs: f64, start: State, error: f64) -> Self {
-        let inverse_b_squared = start.du * start.du + start.u * start.u * (1.0 - rs * start.u);
-        let epsilon = inverse_b_squared * rs * rs - 4.0 / 27.0;
-        let closeness = (epsilon.abs() / (inverse_b_squared * rs * rs)).min(1.0);
+    pub fn new(hole: impl Into<Attraction>, start: State, error: f64) -> Self {
+        let hole = hole.into();
+        let (inverse_b_squared, closeness) = if hole.is_charged() {
+            let inverse_b_squared = start.du * start.du + hole.barrier(start.u);
+            (inverse_b_squared, ((inverse_b_squared - hole.critical).abs() / inverse_b_squared).min(1.0))
+        } else {
+            let rs = hole.rs;
+            let inverse_b_squared = start.du * start.du + start.u * start.u * (1.0 - rs * start.u);
+            let epsilon = inverse_b_squared * rs * rs - 4.0 / 27.0;
+            (inverse_b_squared, (epsilon.abs() / (inverse_b_squared * rs * rs)).min(1.0))
+        };
         let error = inverse_b_squared.sqrt() * (SAFETY * error * closeness).max(0.5 * f64::EPSILON);
-        Self { rs, state: Polar { state: start, cos: start.phi.cos(), sin: start.phi.sin() }, error }
+        Self { hole, state: Polar { state: start, cos: start.phi.cos(), sin: start.phi.sin() }, error }
     }
 }
 
@@ -78,6 +86,11 @@ impl TaylorStep {
 }
 
 impl TaylorStep {
+    /// Coefficients of u, start and end.
+    pub(crate) fn parts(&self) -> ([f64; TERMS], Polar, State) {
+        (self.c, self.start, self.end)
+    }
+
     /// The step with the coefficients `c` from `start` to `end`.
     pub(crate) fn from_parts(c: [f64; TERMS], start: Polar, end: State) -> Self {
         Self { c, start, end }
@@ -121,7 +134,13 @@ impl Dense for TaylorStep {
 
 /// The Taylor coefficients of the orbit through (u, u').
 #[inline]
-pub(crate) fn coefficients<F: Real>(rs: f64, u: F, du: F) -> [F; TERMS] {
+pub(crate) fn coefficients<F: Real>(hole: &Attraction, u: F, du: F) -> [F; TERMS] {
+    if hole.is_charged() { charged(hole, u, du) } else { uncharged(hole.rs, u, du) }
+}
+
+/// The same without charge.
+#[inline(always)]
+fn uncharged<F: Real>(rs: f64, u: F, du: F) -> [F; TERMS] {
     let mut c = [F::splat(0.0); TERMS];
     (c[0], c[1]) = (u, du);
     let bend = 3.0 * rs;
@@ -133,6 +152,31 @@ pub(crate) fn coefficients<F: Real>(rs: f64, u: F, du: F) -> [F; TERMS] {
     c[2] = u * fma(F::splat(0.5 * bend), u, F::splat(-1.0)) * F::splat(0.5);
     next!(1 2 3 4 5 6 7 8 9 10 11 12 13);
     c
+}
+
+/// The same with a charge: those of u^2 are found along with them.
+#[inline(always)]
+fn charged<F: Real>(hole: &Attraction, u: F, du: F) -> [F; TERMS] {
+    let mut c = [F::splat(0.0); TERMS];
+    let mut squares = [F::splat(0.0); TERMS - 2];
+    (c[0], c[1]) = (u, du);
+    for n in 0..TERMS - 2 {
+        squares[n] = product(&c, &c, n);
+        let cubes = product(&squares, &c, n);
+        let force = fma(F::splat(1.5 * hole.rs), squares[n], fma(F::splat(-2.0 * hole.charge_squared), cubes, -c[n]));
+        c[n + 2] = force * F::splat(1.0 / ((n + 1) * (n + 2)) as f64);
+    }
+    c
+}
+
+/// Coefficient number n of the product of two series.
+#[inline(always)]
+fn product<F: Real>(a: &[F], b: &[F], n: usize) -> F {
+    let mut sum = a[0] * b[n];
+    for i in 1..=n {
+        sum = fma(a[i], b[n - i], sum);
+    }
+    sum
 }
 
 /// Coefficient N + 2 from those before it, N > 0; `bend` is 3 rs, `first` is `bend c[0] - 1`. The newest of them, c[N], comes in last, so that
@@ -166,7 +210,7 @@ impl Stepper for TaylorOrbit {
 
     fn advance(&mut self) -> (TaylorStep, Fate) {
         let start = self.state.state;
-        let c = coefficients(self.rs, start.u, start.du);
+        let c = coefficients(&self.hole, start.u, start.du);
         // The last two coefficients, for one of them is zero where the orbit is symmetric; as no step is longer than LONGEST,
         // the very last counts for no more than so many times the one before. And two more, for coefficients change sign and
         // may be small by chance: these would shrink by 8 or so if the nearest pole were some 3 rad away, as it is near the hole.
@@ -175,10 +219,10 @@ impl Stepper for TaylorOrbit {
         // Most steps may be the longest: the root, which costs as much as a fifth of the step, is not needed for that.
         let share = self.error / last;
         let longest = if share >= LONGEST_POWER { LONGEST } else { root(share) };
-        let h = room(self.rs, &start, longest);
+        let h = room(self.hole, &start, longest);
         let whole = TaylorStep { c, start: self.state, end: start };
         self.state = whole.polar(start.phi + h);
         let step = whole.until(self.state.state);
-        (step, step.fate(self.rs))
+        (step, step.fate(self.hole))
     }
 }

@@ -24,7 +24,7 @@
 
 use crate::arithmetic::double::Double;
 use crate::arithmetic::polynomial::{self, value_and_slope};
-use crate::orbit::{Dense, Fate, State, Stepper, room};
+use crate::spherical::orbit::{Dense, Fate, State, Stepper, room};
 
 /// Coefficients of the Laurent series of p that are kept.
 const TERMS: usize = 14;

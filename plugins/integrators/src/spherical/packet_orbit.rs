@@ -1,8 +1,9 @@
 //! Taylor steps of several orbits side by side: `taylor.rs` in lanes.
 
 use crate::arithmetic::polynomial::{TERMS, cos_sin, small_arc_tangent, value, value_and_slope};
-use crate::orbit::{Dense, OVERSHOOT, OrbitPlane, Polar, State};
-use crate::taylor::{LONGEST, LONGEST_POWER, SAFETY, TaylorStep, coefficients, root};
+use crate::spherical::Attraction;
+use crate::spherical::orbit::{Dense, OVERSHOOT, OrbitPlane, Polar, State};
+use crate::spherical::taylor::{LONGEST, LONGEST_POWER, SAFETY, TaylorStep, coefficients, root};
 use bhs_core::lanes::{LANES, Lanes, Vectors, pick, set_bits};
 use glam::DVec3;
 
@@ -42,15 +43,22 @@ impl Polars {
 
     /// The states further on by small angles: [`Polar::moved`].
     #[inline(always)]
-    pub fn moved(&self, rs: f64, by: Lanes) -> Self {
+    pub fn moved(&self, hole: impl Into<Attraction>, by: Lanes) -> Self {
+        let hole = hole.into();
         let Self { phi, u, du, cos, sin } = *self;
         let c = Lanes::splat;
         let half = c(0.5) * by;
-        let force = u * u.mul_add(c(1.5 * rs), c(-1.0));
+        let mut force = u * u.mul_add(c(1.5 * hole.rs), c(-1.0));
+        let mut slope = u.mul_add(c(3.0 * hole.rs), c(-1.0));
+        if hole.is_charged() {
+            let repulsion = c(-2.0 * hole.charge_squared) * u * u;
+            force = repulsion.mul_add(u, force);
+            slope = repulsion.mul_add(c(3.0), slope);
+        }
         Self {
             phi: phi + by,
             u: by.mul_add(half.mul_add(force, du), u),
-            du: by.mul_add((half * du).mul_add(u.mul_add(c(3.0 * rs), c(-1.0)), force), du),
+            du: by.mul_add((half * du).mul_add(slope, force), du),
             cos: cos - by * half.mul_add(cos, sin),
             sin: sin + by * half.mul_neg_add(sin, cos),
         }
@@ -128,11 +136,18 @@ impl Planes {
     }
 }
 
-/// Largest errors of u in a step: [`crate::taylor::TaylorOrbit::new`].
+/// Largest errors of u in a step: [`crate::spherical::taylor::TaylorOrbit::new`].
 #[inline(always)]
-pub fn errors(rs: f64, start: &Polars, relative: Lanes) -> Lanes {
+pub fn errors(hole: impl Into<Attraction>, start: &Polars, relative: Lanes) -> Lanes {
     let c = Lanes::splat;
-    let Polars { u, du, .. } = *start;
+    let (hole, Polars { u, du, .. }) = (hole.into(), *start);
+    if hole.is_charged() {
+        let barrier = u * u * u.mul_add(u.mul_add(c(hole.charge_squared), c(-hole.rs)), c(1.0));
+        let inverse_b_squared = du.mul_add(du, barrier);
+        let closeness = ((inverse_b_squared - c(hole.critical)).abs() / inverse_b_squared).fast_min(c(1.0));
+        return inverse_b_squared.sqrt() * (c(SAFETY) * relative * closeness).fast_max(c(0.5 * f64::EPSILON));
+    }
+    let rs = hole.rs;
     let inverse_b_squared = du.mul_add(du, u * u * u.mul_add(c(-rs), c(1.0)));
     let scaled = inverse_b_squared * c(rs * rs);
     let closeness = ((scaled - c(4.0 / 27.0)).abs() / scaled).fast_min(c(1.0));
@@ -150,11 +165,11 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// The steps from `start` of the orbits around a hole of radius `rs`, with errors of u of at most `error`.
+    /// The steps from `start` of the orbits around `hole`, with errors of u of at most `error`.
     #[inline]
-    pub fn from(rs: f64, start: &Polars, error: Lanes) -> Self {
-        let one = Lanes::splat;
-        let c = coefficients(rs, start.u, start.du);
+    pub fn from(hole: impl Into<Attraction>, start: &Polars, error: Lanes) -> Self {
+        let (one, hole) = (Lanes::splat, hole.into());
+        let c = coefficients(&hole, start.u, start.du);
         let pair = |n: usize| one(LONGEST).mul_add(c[n + 1].abs(), c[n].abs());
         let share = error / pair(TERMS - 4).mul_add(one(0.125), pair(TERMS - 2));
         let shorter = (!share.simd_ge(one(LONGEST_POWER))).to_bitmask();
@@ -165,12 +180,18 @@ impl Steps {
         }
         // As `room` has it.
         let down = start.du.simd_gt(one(0.0));
-        let room = pick(down, one(1.0 / rs) - start.u, -start.u) / start.du;
+        let room = pick(down, one(hole.horizon) - start.u, -start.u) / start.du;
         let longest = Lanes::from(longest);
         let h = pick(room.simd_gt(one(0.0)), longest.fast_min(one(OVERSHOOT) * room), longest);
         let mut steps = Self { c, start: *start, end: *start };
         steps.end = steps.polar(start.phi + h);
         steps
+    }
+
+    /// Coefficients of 1/r as polynomials in the angles since the start.
+    #[inline(always)]
+    pub fn coefficients(&self) -> &[Lanes; TERMS] {
+        &self.c
     }
 
     /// Which orbits have reached infinity.
@@ -198,8 +219,8 @@ impl Steps {
     }
 
     /// Which orbits have reached the horizon.
-    pub fn captured(&self, rs: f64) -> Lanes {
-        self.end.u.simd_ge(Lanes::splat(1.0 / rs))
+    pub fn captured(&self, hole: impl Into<Attraction>) -> Lanes {
+        self.end.u.simd_ge(Lanes::splat(hole.into().horizon))
     }
 
     /// Shortens those steps that go on beyond the angles `limit`; which end there.
@@ -244,8 +265,8 @@ impl Steps {
 
     /// Cuts the step of ray number `i` short at the horizon, which it reaches.
     #[cold]
-    pub fn end_at_horizon(&mut self, rs: f64, i: usize) {
-        let step = self.lane(i).within_space(rs);
+    pub fn end_at_horizon(&mut self, hole: impl Into<Attraction>, i: usize) {
+        let step = self.lane(i).within_space(hole);
         let Polar { state, cos, sin } = step.polar(step.end().phi);
         let Polars { phi, u, du, cos: cosines, sin: sines } = &mut self.end;
         // The horizon itself, not what the series gives for it.

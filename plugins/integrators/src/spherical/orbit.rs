@@ -1,14 +1,16 @@
-//! Light orbits around a Schwarzschild hole, stepped in the swept angle. Knows no surfaces.
+//! Light orbits around a round hole, stepped in the swept angle. Knows no surfaces.
 //!
 //! An orbit lies in the plane of the hole's centre, the ray's origin and its direction. There, with u(phi) = 1/r,
 //!
-//! `u'' = (3/2) rs u^2 - u`,  `u(0) = 1/r0`,  `u'(0) = -cot(alpha)/r0`
+//! `u'' = (3/2) rs u^2 - 2 q^2 u^3 - u`,  `u(0) = 1/r0`,  `u'(0) = -cot(alpha)/r0`,  `u'^2 = 1/b^2 - u^2 + rs u^3 - q^2 u^4`
 //!
 //! where alpha is the chart angle between the direction and the outward radius (Aikawa, Zhou and Wang 2019, section 2).
 //! `u'` is carried from step to step: restarting from the direction of the previous chord would halve the bending.
 
+use crate::arithmetic::polynomial::TERMS;
+use crate::spherical::Attraction;
+use bhs_core::real::Real;
 use glam::DVec3;
-use std::ops::{Add, Mul, Sub};
 
 /// The plane of an orbit: positions and directions from (u, u', phi).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,14 +108,14 @@ pub struct Polar {
 }
 
 impl Polar {
-    /// The state further on by a small angle `by` of the orbit around a hole of radius `rs`, with an error of the third order in it.
+    /// The state further on by a small angle `by` of the orbit around `hole`, with an error of the third order in it.
     #[inline]
-    pub fn moved(&self, rs: f64, by: f64) -> Self {
+    pub fn moved(&self, hole: impl Into<Attraction>, by: f64) -> Self {
+        let hole = hole.into();
         let State { phi, u, du } = self.state;
         let half = 0.5 * by;
-        let force = u * (1.5 * rs * u - 1.0);
-        let state =
-            State { phi: phi + by, u: u + by * (du + half * force), du: du + by * (force + half * du * (3.0 * rs * u - 1.0)) };
+        let (force, slope) = (hole.force(u), hole.force_slope(u));
+        let state = State { phi: phi + by, u: u + by * (du + half * force), du: du + by * (force + half * du * slope) };
         let (cos, sin) = (self.cos - by * (self.sin + half * self.cos), self.sin + by * (self.cos - half * self.sin));
         Self { state, cos, sin }
     }
@@ -126,7 +128,7 @@ pub enum Fate {
     Underway,
     /// The step reaches infinity, u = 0, and may go on beyond it.
     Escaped,
-    /// The step reaches the horizon, u = 1/rs, and may go on behind it.
+    /// The step reaches the horizon, and may go on behind it.
     Captured,
 }
 
@@ -191,18 +193,19 @@ pub trait Dense: Copy {
     }
 
     /// How the orbit goes on after the stretch.
-    fn fate(&self, rs: f64) -> Fate {
+    fn fate(&self, hole: impl Into<Attraction>) -> Fate {
         match self.end().u {
-            u if u >= 1.0 / rs => Fate::Captured,
+            u if u >= hole.into().horizon => Fate::Captured,
             u if u <= 0.0 => Fate::Escaped,
             _ => Fate::Underway,
         }
     }
 
     /// The part of the stretch that lies outside the horizon and this side of infinity.
-    fn within_space(self, rs: f64) -> Self {
-        let target = match self.fate(rs) {
-            Fate::Captured => 1.0 / rs,
+    fn within_space(self, hole: impl Into<Attraction>) -> Self {
+        let hole = hole.into();
+        let target = match self.fate(hole) {
+            Fate::Captured => hole.horizon,
             Fate::Escaped => 0.0,
             Fate::Underway => return self,
         };
@@ -215,19 +218,22 @@ pub trait Dense: Copy {
 pub(crate) const OVERSHOOT: f64 = 1.5;
 
 /// The angle `step`, or less where the orbit ends before, in radians.
-pub fn room(rs: f64, s: &State, step: f64) -> f64 {
-    let room = if s.du > 0.0 { (1.0 / rs - s.u) / s.du } else { -s.u / s.du };
+pub fn room(hole: impl Into<Attraction>, s: &State, step: f64) -> f64 {
+    let room = if s.du > 0.0 { (hole.into().horizon - s.u) / s.du } else { -s.u / s.du };
     if room > 0.0 { step.min(OVERSHOOT * room) } else { step }
 }
 
 /// One step of the classic fourth-order Runge-Kutta method for the orbit equation: (u, u') after the angle `h`.
 /// Generic over the number type, so that lanes of several orbits can be stepped together.
-pub fn rk4<F>(rs: F, u: F, du: F, h: F) -> (F, F)
-where
-    F: Copy + Add<Output = F> + Sub<Output = F> + Mul<Output = F> + From<f64>,
-{
-    let force = |u: F| F::from(1.5) * rs * u * u - u;
-    let (half, sixth, two) = (F::from(0.5) * h, F::from(1.0 / 6.0) * h, F::from(2.0));
+pub fn rk4<F: Real>(hole: impl Into<Attraction>, u: F, du: F, h: F) -> (F, F) {
+    let hole = hole.into();
+    let bend = F::splat(1.5) * F::splat(hole.rs);
+    let repulsion = F::splat(2.0 * hole.charge_squared);
+    let force = |u: F| {
+        let force = bend * u * u - u;
+        if hole.is_charged() { force - repulsion * u * u * u } else { force }
+    };
+    let (half, sixth, two) = (F::splat(0.5) * h, F::splat(1.0 / 6.0) * h, F::splat(2.0));
     let (k1u, k1v) = (du, force(u));
     let (k2u, k2v) = (du + half * k1v, force(u + half * k1u));
     let (k3u, k3v) = (du + half * k2v, force(u + half * k2u));
@@ -238,12 +244,39 @@ where
 /// A step of [`Rk4Orbit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// Schwarzschild radius.
-    pub rs: f64,
+    /// What it goes around.
+    pub hole: Attraction,
     /// Where it begins.
     pub start: State,
     /// Where it ends.
     pub end: State,
+}
+
+impl Step {
+    /// The quintic, in the share of the step, that has u, u' and u'' in common with the orbit at both ends.
+    fn quintic(&self) -> [f64; 6] {
+        let h = self.end.phi - self.start.phi;
+        let force = |u: f64| self.hole.force(u);
+        let (u0, u1) = (self.start.u, self.end.u);
+        let (v0, v1) = (self.start.du * h, self.end.du * h);
+        let (a0, a1) = (force(u0) * h * h, force(u1) * h * h);
+        let rise = u1 - u0;
+        let c3 = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1;
+        let c4 = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1;
+        let c5 = 6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (a0 - a1);
+        [u0, v0, 0.5 * a0, c3, c4, c5]
+    }
+
+    /// The coefficients of u as a polynomial in the angle since the start.
+    pub(crate) fn coefficients(&self) -> [f64; TERMS] {
+        let per_angle = 1.0 / (self.end.phi - self.start.phi);
+        let (mut c, mut scale) = ([0.0; TERMS], 1.0);
+        for (c, term) in c.iter_mut().zip(self.quintic()) {
+            *c = term * scale;
+            scale *= per_angle;
+        }
+        c
+    }
 }
 
 impl Dense for Step {
@@ -255,21 +288,13 @@ impl Dense for Step {
         self.end
     }
 
-    /// The quintic that has u, u' and u'' in common with the orbit at both
-    /// ends (order 6, above that of the steps).
+    /// The quintic (order 6, above that of the steps).
     fn at(&self, phi: f64) -> State {
         let h = self.end.phi - self.start.phi;
         let t = (phi - self.start.phi) / h;
-        let force = |u: f64| (1.5 * self.rs * u - 1.0) * u;
-        let (u0, u1) = (self.start.u, self.end.u);
-        let (v0, v1) = (self.start.du * h, self.end.du * h);
-        let (a0, a1) = (force(u0) * h * h, force(u1) * h * h);
-        let rise = u1 - u0;
-        let c3 = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1;
-        let c4 = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1;
-        let c5 = 6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (a0 - a1);
-        let u = u0 + t * (v0 + t * (0.5 * a0 + t * (c3 + t * (c4 + t * c5))));
-        let v = v0 + t * (a0 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)));
+        let [c0, c1, c2, c3, c4, c5] = self.quintic();
+        let u = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))));
+        let v = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)));
         State { phi, u, du: v / h }
     }
 
@@ -281,8 +306,8 @@ impl Dense for Step {
 /// An orbit stepped by [`rk4`] with a fixed angle.
 #[derive(Clone, Copy, Debug)]
 pub struct Rk4Orbit {
-    /// Schwarzschild radius.
-    pub rs: f64,
+    /// What it goes around.
+    pub hole: Attraction,
     /// Angle of a step, in radians.
     pub step: f64,
     /// Where the orbit is.
@@ -293,10 +318,10 @@ impl Stepper for Rk4Orbit {
     type Step = Step;
 
     fn advance(&mut self) -> (Step, Fate) {
-        let h = room(self.rs, &self.state, self.step);
-        let (u, du) = rk4(self.rs, self.state.u, self.state.du, h);
-        let step = Step { rs: self.rs, start: self.state, end: State { phi: self.state.phi + h, u, du } };
+        let h = room(self.hole, &self.state, self.step);
+        let (u, du) = rk4(self.hole, self.state.u, self.state.du, h);
+        let step = Step { hole: self.hole, start: self.state, end: State { phi: self.state.phi + h, u, du } };
         self.state = step.end;
-        (step, step.fate(self.rs))
+        (step, step.fate(self.hole))
     }
 }
