@@ -4,6 +4,7 @@ use crate::cli::{Cli, SceneArgs, TraceArgs};
 use crate::files::{self, Root};
 use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Overrides, SourceMap};
+use crate::memory::TooLarge;
 use crate::output::{OutputFile, Plan};
 use crate::registry::Registry;
 use crate::signals::StopSignal;
@@ -136,7 +137,8 @@ fn overrides(args: &SceneArgs) -> Overrides {
 /// If standard output is closed.
 pub fn check(scene: &Path, as_json: bool, common: &Common) -> Result<ExitStatus> {
     let mut sources = common.sources();
-    let (found, status) = match lang::load(scene, &Registry::builtin(), &Overrides::default(), &mut sources) {
+    let overrides = Overrides { too_large: TooLarge::Warn, ..Overrides::default() };
+    let (found, status) = match lang::load(scene, &Registry::builtin(), &overrides, &mut sources) {
         Ok(built) => {
             let mut plan = Plan::new(&sources);
             Outputs::plan(&Naming::without_flags(scene), &built, &mut plan);

@@ -2,9 +2,11 @@
 
 use crate::image::{Frame, Picture};
 use crate::layers::Value;
+use crate::memory::{self, OutOfMemory};
 use bhs_core::camera::Film;
 use bhs_core::layer::Layer;
 use glam::DVec3;
+use std::collections::TryReserveError;
 use std::sync::Mutex;
 
 /// Side of a tile (pixels).
@@ -131,12 +133,37 @@ impl Tile {
 }
 
 impl Framebuffer {
+    /// Memory that the frame of a film takes (bytes): for its sums, and for the tiles that they are divided into.
+    pub fn bytes(film: &dyn Film) -> [u64; 2] {
+        let [width, height] = Self::size(film);
+        let numbers = film.channels().len() + 1 + numbers(film.layers());
+        let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
+        // A tile has three lists, before each of which stands a word or two of the allocator's.
+        let tile = size_of::<Mutex<Tile>>() + 3 * 2 * size_of::<usize>();
+        [u64::from(width) * u64::from(height) * (numbers * size_of::<f64>()) as u64, tiles * tile as u64]
+    }
+
+    /// Width and height of what is rendered (pixels).
+    fn size(film: &dyn Film) -> [u32; 2] {
+        let [x0, x1, y0, y1] = film.crop();
+        [x1.saturating_sub(x0), y1.saturating_sub(y0)]
+    }
+
     /// An empty frame of a film.
-    pub fn new(film: &dyn Film) -> Self {
+    ///
+    /// # Errors
+    /// If there is not enough memory for it.
+    pub fn new(film: &dyn Film) -> Result<Self, OutOfMemory> {
+        Self::try_new(film).map_err(|_| OutOfMemory::new("the film", Self::bytes(film).iter().sum()))
+    }
+
+    fn try_new(film: &dyn Film) -> Result<Self, TryReserveError> {
         let [x0, x1, y0, y1] = film.crop();
         let channels = film.channels();
         let layer_numbers = numbers(film.layers());
         let mut tiles = Vec::new();
+        let [width, height] = Self::size(film);
+        tiles.try_reserve_exact((width.div_ceil(TILE) as usize).saturating_mul(height.div_ceil(TILE) as usize))?;
         for y in (y0..y1).step_by(TILE as usize) {
             for x in (x0..x1).step_by(TILE as usize) {
                 let size = [TILE.min(x1 - x), TILE.min(y1 - y)];
@@ -144,15 +171,15 @@ impl Framebuffer {
                 tiles.push(Mutex::new(Tile {
                     origin: [x, y],
                     size,
-                    sums: vec![0.0; pixels * channels.len()],
-                    weights: vec![0.0; pixels],
-                    layers: vec![0.0; pixels * layer_numbers],
+                    sums: memory::filled(pixels * channels.len(), 0.0)?,
+                    weights: memory::filled(pixels, 0.0)?,
+                    layers: memory::filled(pixels * layer_numbers, 0.0)?,
                     progress: TileProgress::default(),
                     snapshot: 0,
                 }));
             }
         }
-        Self { tiles, crop: film.crop(), frame: film.resolution(), channels, layers: film.layers().to_vec() }
+        Ok(Self { tiles, crop: film.crop(), frame: film.resolution(), channels, layers: film.layers().to_vec() })
     }
 
     /// Number of channels.

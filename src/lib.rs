@@ -16,6 +16,7 @@ pub mod header;
 pub mod image;
 pub mod lang;
 pub mod layers;
+pub mod memory;
 pub mod message;
 pub mod not_finite;
 pub mod output;

@@ -13,6 +13,7 @@ pub use waves::{Limits, Wave};
 use crate::film::{Framebuffer, Tile, TileProgress};
 use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
+use crate::memory::OutOfMemory;
 use crate::not_finite::{FirstSamples, SampleId};
 use crate::progress::Progress;
 use crate::sample::CameraSample;
@@ -59,11 +60,22 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Renders a built scene to its end on the current rayon pool, and shows nothing meanwhile.
+/// As [`try_render_quietly`], for small pictures.
+///
+/// # Panics
+/// If there is not enough memory for its frame.
 pub fn render_quietly(built: &BuiltScene) -> Rendered {
-    let state = RenderState::new(Job::of(built));
+    try_render_quietly(built).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Renders a built scene to its end on the current rayon pool, and shows nothing meanwhile.
+///
+/// # Errors
+/// If there is not enough memory for its frame.
+pub fn try_render_quietly(built: &BuiltScene) -> Result<Rendered, OutOfMemory> {
+    let state = RenderState::new(Job::of(built))?;
     let ended = state.run(&Limits::of(&*built.sampler), &Progress::new(0, true), &Signals::default());
-    state.rendered(ended)
+    Ok(state.rendered(ended))
 }
 
 /// What a render leaves behind.

@@ -7,10 +7,16 @@ use bhs_core::stats::TraceLog;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt::Write as _;
-use std::io::{BufRead, Write};
+use std::io::{BufRead, Read, Write};
 
 /// Rays that are read, traced in parallel and written together.
 const BATCH: usize = 4096;
+
+/// The same where answers have the points of the way, of which a ray may have very many.
+const BATCH_OF_PATHS: usize = 64;
+
+/// The longest line that is read (bytes).
+const LONGEST_LINE: u64 = 1 << 16;
 
 /// Reads rays `ox,oy,oz,dx,dy,dz` (world coordinates, chart directions of any length) from `rays`, one a line, follows each
 /// through `scene` and writes what becomes of it, in input order. Empty lines and lines that begin with `#` are passed over.
@@ -18,7 +24,8 @@ const BATCH: usize = 4096;
 /// # Errors
 /// If a line cannot be read as a ray (the ones before it are answered), or `out` cannot be written.
 pub fn trace(scene: &Scene, rays: impl BufRead, with_path: bool, out: &mut impl Write) -> Result<()> {
-    answer_lines(rays, parse_ray, |ray| answer(scene, ray, with_path), out)
+    let batch = if with_path { BATCH_OF_PATHS } else { BATCH };
+    answer_lines(rays, batch, parse_ray, |ray| answer(scene, ray, with_path), out)
 }
 
 /// Reads pairs of points `x1,y1,z1,x2,y2,z2` (world coordinates) from `pairs`, one a line, and writes the geodesics that lead from the first
@@ -28,38 +35,53 @@ pub fn trace(scene: &Scene, rays: impl BufRead, with_path: bool, out: &mut impl 
 /// As [`trace`]; and if the integrator cannot connect points.
 pub fn connect(scene: &Scene, pairs: impl BufRead, out: &mut impl Write) -> Result<()> {
     let Some(connections) = scene.integrator.connections() else { bail!("the integrator cannot connect points") };
-    answer_lines(pairs, parse_pair, |pair| connection_answer(scene, connections, pair), out)
+    answer_lines(pairs, BATCH, parse_pair, |pair| connection_answer(scene, connections, pair), out)
 }
 
-/// Reads `lines`, answers them in parallel and writes the answers in their order.
+/// The next line, without its end; `None` behind the last one.
+fn next_line(from: &mut impl BufRead) -> Result<Option<String>> {
+    let mut line = Vec::new();
+    from.take(LONGEST_LINE).read_until(b'\n', &mut line).context("it cannot be read")?;
+    if line.is_empty() {
+        return Ok(None);
+    }
+    if line.last() != Some(&b'\n') && line.len() as u64 == LONGEST_LINE {
+        bail!("it is longer than {LONGEST_LINE} bytes");
+    }
+    Ok(Some(String::from_utf8(line).context("it is not text")?))
+}
+
+/// Reads `lines`, answers `batch` of them at a time in parallel and writes the answers in their order.
 fn answer_lines<T: Sync + Send>(
-    lines: impl BufRead,
+    mut lines: impl BufRead,
+    batch: usize,
     parse: impl Fn(&str) -> Result<Option<T>>,
     answer: impl Fn(&T) -> String + Sync,
     out: &mut impl Write,
 ) -> Result<()> {
-    let mut lines = lines.lines().enumerate();
+    let mut number = 0_u64;
     loop {
-        let mut batch = Vec::with_capacity(BATCH);
+        let mut asked = Vec::with_capacity(batch);
         let mut fault = None;
-        for (number, line) in lines.by_ref() {
-            let ray = line.context("it is not text").and_then(|l| parse(&l)).with_context(|| format!("line {}", number + 1));
-            match ray {
-                Ok(Some(ray)) => batch.push(ray),
-                Ok(None) => {}
+        while fault.is_none() && asked.len() < batch {
+            number += 1;
+            let line = match next_line(&mut lines) {
+                Ok(Some(line)) => parse(&line),
+                Ok(None) => break,
+                Err(error) => Err(error),
+            };
+            match line.with_context(|| format!("line {number}")) {
+                Ok(ray) => asked.extend(ray),
                 Err(error) => fault = Some(error),
             }
-            if fault.is_some() || batch.len() == BATCH {
-                break;
-            }
         }
-        let answers: Vec<String> = batch.par_iter().map(&answer).collect();
+        let answers: Vec<String> = asked.par_iter().map(&answer).collect();
         for answer in &answers {
             out.write_all(answer.as_bytes())?;
         }
         match fault {
             Some(error) => return Err(error),
-            None if answers.len() < BATCH => return Ok(out.flush()?),
+            None if answers.len() < batch => return Ok(out.flush()?),
             None => {}
         }
     }

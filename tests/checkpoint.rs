@@ -50,7 +50,7 @@ fn whole(built: &BuiltScene) -> Rendered {
 
 /// One run, on `threads` threads, that ends after `time`: from `from` on, if there is something. What it saves at its end.
 fn run(built: &BuiltScene, from: Option<&[u8]>, threads: usize, time: Option<Duration>) -> (Vec<u8>, Rendered) {
-    let mut state = RenderState::new(Job::of(built));
+    let mut state = RenderState::new(Job::of(built)).expect("there is memory");
     if let Some(saved) = from {
         checkpoint::read(saved, &Identity::of(built), false, &mut state).expect("it can be resumed");
     }
@@ -99,7 +99,7 @@ fn a_render_broken_off_many_times_ends_with_the_same_picture() {
 fn what_is_saved_while_threads_go_on_is_one_moment() {
     for (name, built) in kinds() {
         let expected = shown(&whole(&built));
-        let state = RenderState::new(Job::of(&built));
+        let state = RenderState::new(Job::of(&built)).expect("there is memory");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads start");
         let mut all = Vec::new();
         let done = std::sync::atomic::AtomicBool::new(false);
@@ -141,7 +141,7 @@ fn more_samples_give_the_picture_of_as_many() {
 }
 
 fn refusal(built: &BuiltScene, saved: &[u8]) -> String {
-    let mut state = RenderState::new(Job::of(built));
+    let mut state = RenderState::new(Job::of(built)).expect("there is memory");
     let fixed = built.sampler.depends_on_count();
     match checkpoint::read(saved, &Identity::of(built), fixed, &mut state) {
         Err(Refusal::Other(why)) => why,
@@ -167,7 +167,8 @@ fn what_belongs_to_another_render_says_which_part_does() {
     let mut other = Vec::new();
     let identity = Identity::of(&built).to_json().replace(&format!("\"{}\"", env!("CARGO_PKG_VERSION")), "\"9.9.9\"");
     let identity = Identity::from_json(identity.as_bytes()).expect("JSON");
-    checkpoint::write(&mut other, &identity, &RenderState::new(Job::of(&built))).expect("memory can be written");
+    checkpoint::write(&mut other, &identity, &RenderState::new(Job::of(&built)).expect("there is memory"))
+        .expect("memory can be written");
     assert!(refusal(&built, &other).contains("version of bhs: 9.9.9"), "{}", refusal(&built, &other));
 }
 
@@ -200,7 +201,7 @@ fn nothing_that_is_damaged_is_taken_over() {
     let built = common::build(&scene(&format!("Film \"rgb\" {SMALL}"), SOBOL, "\"bool guiding\" true"));
     let (saved, _) = run(&built, None, 1, Some(Duration::from_millis(50)));
     let read = |bytes: &[u8]| {
-        let mut state = RenderState::new(Job::of(&built));
+        let mut state = RenderState::new(Job::of(&built)).expect("there is memory");
         checkpoint::read(bytes, &Identity::of(&built), false, &mut state)
     };
     assert_eq!(read(&saved), Ok(()));

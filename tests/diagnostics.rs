@@ -147,6 +147,7 @@ const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
     ("negative-light", "takes a picture of floats, which the folder has none of"),
     ("nested-too-deep", "a scene of a hundred lines: tests/limits.rs"),
     ("plugin-failed", "a fault of a plugin"),
+    ("too-large", "depends on the machine: tests/memory.rs"),
     ("too-many-errors", "a scene of a thousand lines: tests/limits.rs"),
     ("too-many-files", "a scene of 65,536 lines: src/lang/tests.rs"),
     ("unknown-camera", "on the command line: tests/command_line.rs"),

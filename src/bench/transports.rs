@@ -7,8 +7,9 @@ use super::{Measured, Tradeoff, pareto_front, series};
 use crate::compare::compare;
 use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Overrides};
+use crate::memory::OutOfMemory;
 use crate::plot::Chart;
-use crate::render::render_quietly;
+use crate::render::try_render_quietly;
 use anyhow::{Context, Result};
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::observer::Observer;
@@ -66,10 +67,10 @@ const METHODS: [Method; 4] = [
     Method { name: "path", transport: "path", integrator: None, connected: true },
 ];
 
-fn picture(built: &BuiltScene) -> (Picture, f64) {
+fn picture(built: &BuiltScene) -> Result<(Picture, f64), OutOfMemory> {
     let start = processor_seconds();
-    let rendered = render_quietly(built);
-    (rendered.frame.picture(), processor_seconds() - start)
+    let rendered = try_render_quietly(built)?;
+    Ok((rendered.frame.picture(), processor_seconds() - start))
 }
 
 /// The scene, and what takes turns in it.
@@ -111,7 +112,7 @@ impl<F: Fn(&Overrides) -> Result<lang::Method>> Studio<F> {
         self.swap(ready);
         let done = picture(&self.built);
         self.swap(ready);
-        Ok(done)
+        Ok(done?)
     }
 
     fn swap(&mut self, ready: &mut lang::Method) {

@@ -21,6 +21,7 @@ mod identity;
 
 pub use identity::Identity;
 
+use crate::memory::OutOfMemory;
 use crate::not_finite::{FirstSamples, SampleId};
 use crate::output::OutputFile;
 use crate::render::{RenderState, Snapshot, Wave};
@@ -105,17 +106,17 @@ impl CheckpointFile {
     /// Takes over the last checkpoint into a state that `new` makes, or the one before it if the last one is damaged.
     ///
     /// # Errors
-    /// If it belongs to another render, and which part does; if none of the two can be read.
-    pub fn resume<'a>(&self, new: impl Fn() -> RenderState<'a>) -> Result<(RenderState<'a>, Found)> {
+    /// If it belongs to another render, and which part does; if none of the two can be read; if there is not enough memory.
+    pub fn resume<'a>(&self, new: impl Fn() -> Result<RenderState<'a>, OutOfMemory>) -> Result<(RenderState<'a>, Found)> {
         let refuse = |path: &Path, why: &str| anyhow!("cannot resume from `{}`: {why}", path.display());
-        let damage = match self.take_over(&self.path, new()) {
+        let damage = match self.take_over(&self.path, new()?) {
             Ok(state) => return Ok((state, Found::File(self.path.clone(), None))),
-            Err(Refusal::Missing) => return Ok((new(), Found::Nothing)),
+            Err(Refusal::Missing) => return Ok((new()?, Found::Nothing)),
             Err(Refusal::Other(why)) => return Err(refuse(&self.path, &why)),
             Err(Refusal::Damaged(why)) => why,
         };
         let previous = previous(&self.path);
-        match self.take_over(&previous, new()) {
+        match self.take_over(&previous, new()?) {
             Ok(state) => {
                 let warning = format!("`{}` is damaged ({damage}); the one before it is used", self.path.display());
                 Ok((state, Found::File(previous, Some(warning))))

@@ -3,6 +3,7 @@
 use super::{Common, ExitStatus, load, print, show};
 use crate::cli::BenchArgs;
 use crate::lang::{self, Overrides};
+use crate::memory;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
 use crate::registry::Registry;
 use crate::{report, say};
@@ -42,6 +43,8 @@ pub fn bench(args: &BenchArgs, common: &Common) -> Result<ExitStatus> {
         }
     }
     drop(sources);
+    // Camera rays and what bounces of them, what sorts them, and where they end by two integrators.
+    memory::require("the rays", u64::from(args.rays) * 1000)?;
     let hash = built.hash.clone();
     let mut measured = Vec::new();
     if wanted("integrators") {

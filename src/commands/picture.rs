@@ -48,7 +48,7 @@ impl Session<'_> {
         let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
         let new = || RenderState::new(Job::of(built));
         let state = match checkpoint.as_ref().filter(|_| args.resume) {
-            None => new(),
+            None => new()?,
             Some(file) => {
                 let (state, found) = file.resume(new)?;
                 if self.is_finished(&state, &found, most) {

@@ -5,6 +5,7 @@ use super::picture::Session;
 use super::{Common, ExitStatus, load, overrides, replay, show};
 use crate::cli::RenderArgs;
 use crate::lang::{BuiltScene, Overrides};
+use crate::memory::{self, TooLarge};
 use crate::not_finite::{self, SampleId};
 use crate::output::{self, Plan, Rescue};
 use crate::render::{Ended, Rendered};
@@ -34,8 +35,14 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     if let (Some(pixel), Some(sample)) = (args.pixel, args.sample) {
         return replay::replay(args, &overrides, SampleId { pixel, sample }, common);
     }
+    let overrides = Overrides { too_large: TooLarge::Refuse, ..overrides };
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");
+    // Meshes and skies have their memory now.
+    if let Some(found) = memory::check(&*built.film) {
+        show(&[found], &sources, common.color);
+        return Ok(ExitStatus::Fault);
+    }
     if args.false_color && built.film.layers().is_empty() {
         say!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
         return Ok(ExitStatus::CommandLine);

@@ -11,6 +11,7 @@ use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::parse::MAX_ERRORS;
 use crate::lang::seed;
 use crate::lang::source::SourceMap;
+use crate::memory::{self, TooLarge};
 use crate::registry::{Kind, Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
@@ -126,6 +127,15 @@ pub fn build(
         set_integer(&mut settings.film.params, "yresolution", y, settings.quick);
         film = registry.create::<dyn Film>(&settings.film, context, &mut found);
     }
+    if let Some(finding) = film.as_deref().and_then(|film| too_large(film, &settings.film, overrides.too_large)) {
+        let refused = finding.severity == Severity::Error;
+        found.push(finding);
+        if refused {
+            // At once: the rest may take long to load.
+            in_order(&mut found);
+            return Err(found);
+        }
+    }
     let hole = description.black_hole.as_ref().and_then(|e| Some((e.name.span, build_hole(e, context, &mut found)?)));
     // A hole of no size bends nothing.
     let hole = hole.filter(|(_, h)| h.rs > 0.0);
@@ -213,6 +223,17 @@ pub fn build(
         _ if failed => Err(found),
         _ => Err(vec![Diagnostic::error("incomplete", "the scene could not be built").help("this is a fault of bhs")]),
     }
+}
+
+/// What is said of a picture that is too large for the memory that there is.
+fn too_large(film: &dyn Film, entity: &Entity, then: TooLarge) -> Option<Diagnostic> {
+    if then == TooLarge::Ignore {
+        return None;
+    }
+    let size = entity.params.iter().find(|p| p.name.value == "xresolution");
+    let found = memory::check_at(film, size.map_or(entity.name.span, |p| p.name.span))?;
+    let severity = if then == TooLarge::Refuse { Severity::Error } else { Severity::Warning };
+    Some(Diagnostic { severity, ..found })
 }
 
 /// Makes a plugin under the transform of its directive.

@@ -6,6 +6,7 @@
 use crate::lang::attributes::Defaults;
 use crate::lang::description::{CameraEntity, Entity, SceneDescription};
 use crate::lang::source::SourceMap;
+use crate::memory::TooLarge;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use bhs_core::integrator::Integrator;
@@ -47,6 +48,8 @@ pub struct Overrides {
     pub quick: bool,
     /// Whether the camera does not matter, so that it may stand anywhere.
     pub without_camera: bool,
+    /// What is done about a picture that is too large for the memory that there is.
+    pub too_large: TooLarge,
 }
 
 /// A text that stands for the command line, while it is written.

@@ -251,6 +251,7 @@ fn flags_win_over_the_scene() {
         layers: vec![bhs_core::layer::Layer::Winding],
         output: Some("x.exr".into()),
         quick: true,
+        too_large: Default::default(),
         without_camera: false,
     };
     let scene = build_with(text, &overrides).ok().unwrap();

@@ -3,6 +3,7 @@
 use super::{Counted, Ended, Job, Limits, Rendered, TileWork, Wave};
 use crate::film::{Framebuffer, Tile};
 use crate::layers::LayerCollector;
+use crate::memory::OutOfMemory;
 use crate::not_finite::FirstSamples;
 use crate::progress::Progress;
 use crate::signals::{Signals, StopSignal};
@@ -66,9 +67,12 @@ pub struct Snapshot {
 
 impl<'a> RenderState<'a> {
     /// A render that has not begun.
-    pub fn new(job: Job<'a>) -> Self {
-        Self {
-            frame: Arc::new(Framebuffer::new(job.film)),
+    ///
+    /// # Errors
+    /// If there is not enough memory for its frame.
+    pub fn new(job: Job<'a>) -> Result<Self, OutOfMemory> {
+        Ok(Self {
+            frame: Arc::new(Framebuffer::new(job.film)?),
             layers: LayerCollector::new(job.scene, job.film),
             shared: RwLock::new(Shared {
                 memory: job.transport.for_render(job.scene),
@@ -81,7 +85,7 @@ impl<'a> RenderState<'a> {
             started: Instant::now(),
             seconds_before: 0.0,
             job,
-        }
+        })
     }
 
     /// Takes over what a snapshot has; the tiles of [`RenderState::frame`] are restored by the caller.
