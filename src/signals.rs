@@ -139,7 +139,7 @@ mod system {
         // Where there is no such table, `ps` knows.
         let mask = mask.or_else(|| {
             let id = std::process::id().to_string();
-            let told = std::process::Command::new("ps").args(["-o", "sigignore=", "-p", &id]).output().ok()?;
+            let told = std::process::Command::new("/bin/ps").args(["-o", "sigignore=", "-p", &id]).output().ok()?;
             Some(String::from_utf8_lossy(&told.stdout).trim().to_owned())
         });
         mask.and_then(|mask| u64::from_str_radix(&mask, 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 == 1)

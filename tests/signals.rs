@@ -1,8 +1,11 @@
-//! What a render leaves behind when it is told to stop.
+//! What a render leaves behind when it is told to stop, or killed, at whatever moment.
+//!
+//! `BHS_KILLS=200 cargo test --release --test signals` kills it 200 times with each signal; a few times by default.
 #![cfg(unix)]
 
 mod common;
 
+use bhs::image::Picture;
 use common::process::{Folder, files};
 use std::time::{Duration, Instant};
 
@@ -95,4 +98,86 @@ fn a_user_signal_writes_what_there_is_and_the_render_goes_on() {
     child.signal("TERM");
     assert_eq!(child.wait(), Some(143));
     assert_eq!(folder.header("a.exr", "bhs:stopped"), "SIGTERM");
+}
+
+#[test]
+fn a_second_signal_leaves_whole_files_and_no_litter() {
+    for (i, (signal, code)) in SIGNALS.into_iter().enumerate() {
+        let folder = Folder::new(SCENE);
+        let mut child = folder.start(&[&ENDLESS[..], &["--checkpoint", "--resolution", "300x300"]].concat());
+        child.wait_for(&folder.path("a.checkpoint"));
+        child.signal("TERM");
+        std::thread::sleep(Duration::from_millis(7 * i as u64));
+        child.signal(signal);
+        let ended = child.wait();
+        assert!(ended == Some(code) || ended == Some(143), "{signal}: {ended:?}");
+        assert_whole(&folder);
+        assert_no_litter(&folder);
+    }
+}
+
+/// That whatever stands under a final name can be read.
+fn assert_whole(folder: &Folder) {
+    for name in files(&folder.path("")) {
+        if name.ends_with(".exr") {
+            Picture::read_exr(&folder.path(&name)).unwrap_or_else(|e| panic!("{name}: {e:#}"));
+        } else if name.ends_with(".png") {
+            let bytes = std::fs::read(folder.path(&name)).expect("it is there");
+            image::load_from_memory(&bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
+        }
+    }
+}
+
+fn assert_no_litter(folder: &Folder) {
+    let known = ["a.checkpoint", "a.exr", "a.png", "a.previous.checkpoint", "scene.bhs", "whole.exr", "whole.png"];
+    let litter: Vec<_> = files(&folder.path("")).into_iter().filter(|f| !known.contains(&f.as_str())).collect();
+    assert!(litter.is_empty(), "{litter:?}");
+}
+
+#[test]
+fn killed_at_any_moment_a_render_resumes_to_the_same_bytes() {
+    let kills: u32 = std::env::var("BHS_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(3);
+    let folder = Folder::new(SCENE);
+    let args = ["render", "scene.bhs", "--spp", "200", "--quiet"];
+    let start = Instant::now();
+    assert_eq!(folder.run(&[&args[..], &["-o", "whole.exr"]].concat()).0, 0);
+    let took = start.elapsed();
+    // The old pictures, of another render.
+    assert_eq!(folder.run(&["render", "scene.bhs", "--spp", "1", "--seed", "9"]).0, 0);
+    let old = ["a.exr", "a.png"].map(|name| (name, std::fs::read(folder.path(name)).expect("it is there")));
+    let args = [&args[..], &["--checkpoint", "--checkpoint-every", "0.05"]].concat();
+    for (signal, code) in [("KILL", None), ("TERM", Some(143)), ("INT", Some(130))] {
+        let (mut stopped, mut resumed) = (0, 0);
+        for i in 0..kills {
+            for (name, content) in &old {
+                folder.write(name, content);
+            }
+            for checkpoint in ["a.checkpoint", "a.previous.checkpoint"] {
+                let _ = std::fs::remove_file(folder.path(checkpoint));
+            }
+            let mut child = folder.start(&args);
+            // Well spread over the whole time and a little more: multiples of the golden section.
+            std::thread::sleep(took.mul_f64(1.1 * (f64::from(i) * 0.618_034 + 0.37).fract()));
+            child.signal(signal);
+            let ended = child.wait();
+            // One that comes before the program listens ends it without a code.
+            assert!(ended == code || ended == Some(0) || ended.is_none(), "{signal}: {ended:?}");
+            stopped += u32::from(ended != Some(0));
+            assert_whole(&folder);
+            if code.is_some() && ended.is_some() {
+                assert_no_litter(&folder);
+            }
+            let kept = old.iter().all(|(name, content)| std::fs::read(folder.path(name)).is_ok_and(|b| b == *content));
+            if !kept && signal != "KILL" {
+                let why = folder.header("a.exr", "bhs:stopped");
+                assert!(why == "complete" || why == format!("SIG{signal}"), "{why}");
+            }
+            resumed += u32::from(folder.path("a.checkpoint").exists());
+            let (code, err) = folder.run(&[&args[..], &["--resume"]].concat());
+            assert_eq!(code, 0, "{err}");
+            folder.assert_same("whole", "a");
+            assert_no_litter(&folder);
+        }
+        println!("{signal}: {kills} times, {stopped} before the end, {resumed} resumed from a checkpoint");
+    }
 }

@@ -96,10 +96,12 @@ impl CheckpointFile {
     /// If it cannot be written; the last checkpoint is untouched then.
     pub fn save(&self, state: &RenderState) -> Result<()> {
         let file = OutputFile::reserve(&self.path)?;
+        // A link would lead to the new file.
+        let replaced = file.real_path();
         file.finish(|to| {
             write(&mut *to, &self.identity, state)?;
             to.flush()?;
-            keep_previous(&self.path)
+            keep(&replaced, &previous(&self.path))
         })
     }
 
@@ -148,22 +150,19 @@ pub fn previous(path: &Path) -> PathBuf {
     path.with_extension(ending)
 }
 
-/// Keeps the file at `path`, which is about to be replaced, as the one before. There is a file at `path` all the time.
-fn keep_previous(path: &Path) -> Result<()> {
-    let kept = previous(path);
+/// Keeps the file at `path`, which is about to be replaced, under the name `kept` too. There is a file at `path` all the time.
+fn keep(path: &Path, kept: &Path) -> Result<()> {
     let gone = |result: std::io::Result<()>| match result {
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
         other => other,
     };
-    gone(std::fs::remove_file(&kept)).with_context(|| format!("cannot remove `{}`", kept.display()))?;
-    // Not all file systems have second names for a file.
-    let keep = || {
-        std::fs::hard_link(path, &kept).or_else(|e| match e.kind() {
-            ErrorKind::NotFound => Err(e),
-            _ => std::fs::copy(path, &kept).map(drop),
-        })
-    };
-    gone(keep()).with_context(|| format!("cannot keep `{}` as `{}`", path.display(), kept.display()))
+    gone(std::fs::remove_file(kept)).with_context(|| format!("cannot remove `{}`", kept.display()))?;
+    let linked = std::fs::hard_link(path, kept).or_else(|e| match e.kind() {
+        ErrorKind::NotFound => Err(e),
+        // Not all file systems have second names for a file.
+        _ => std::fs::copy(path, kept).map(drop),
+    });
+    gone(linked).with_context(|| format!("cannot keep `{}` as `{}`", path.display(), kept.display()))
 }
 
 /// Writes the state as it is now, while threads go on with it.
