@@ -4,10 +4,15 @@
 //! No target reads a file of the system but `compare`, whose input is one. A target fails by a panic, an abort, a hang, or by asking for
 //! more memory than its input justifies.
 
+use bhs::checkpoint::format::{Reader, SectionKind, Writer};
+use bhs::checkpoint::{self, Identity};
 use bhs::image::Picture;
 use bhs::lang::parse::Directives;
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
+use bhs::progress::Progress;
 use bhs::registry::Registry;
+use bhs::render::{Job, Limits, RenderState};
+use bhs::signals::Signals;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use std::collections::BTreeMap;
@@ -17,8 +22,8 @@ use std::sync::{Arc, OnceLock};
 
 /// The names of all targets: those of the programs in `fuzz_targets` and of the folders in `corpus`.
 #[allow(dead_code)] // the targets name themselves, the replay goes through all
-pub const NAMES: [&str; 12] =
-    ["scene", "ply", "ply_gzip", "obj", "spd", "png", "jpeg", "hdr", "exr", "compare", "rays", "pairs"];
+pub const NAMES: [&str; 13] =
+    ["scene", "ply", "ply_gzip", "obj", "spd", "png", "jpeg", "hdr", "exr", "compare", "rays", "pairs", "checkpoint"];
 
 /// Bytes that any input may make the program hold at once.
 const BYTES_BESIDES: u64 = 8 << 20;
@@ -48,6 +53,7 @@ pub fn run(name: &str, data: &[u8]) {
         "compare" => (compare, BYTES_A_COMPRESSED_BYTE),
         "rays" => (rays, BYTES_A_BYTE),
         "pairs" => (pairs, BYTES_A_BYTE),
+        "checkpoint" => (checkpoint, BYTES_A_BYTE),
         _ => panic!("there is no target `{name}`"),
     };
     let most = allocation_counter::measure(|| work(data)).bytes_max;
@@ -167,7 +173,8 @@ fn traced() -> &'static BuiltScene {
     SCENE.get_or_init(|| {
         let text = r#"WorldBegin BlackHole "schwarzschild" "float rs" 0.2 Translate 0 0 3 Shape "sphere""#;
         let overrides = Overrides { without_camera: true, ..overrides() };
-        lang::load_text("traced.bhs", text, registry(), &overrides, &mut SourceMap::new()).unwrap_or_else(|found| panic!("{found:?}"))
+        lang::load_text("traced.bhs", text, registry(), &overrides, &mut SourceMap::new())
+            .unwrap_or_else(|found| panic!("{found:?}"))
     })
 }
 
@@ -179,4 +186,57 @@ fn rays(data: &[u8]) {
 /// Lines of `bhs trace --connect`.
 fn pairs(data: &[u8]) {
     drop(bhs::trace::connect(&traced().scene, data, &mut std::io::sink()));
+}
+
+/// A small picture that is guided, and the parts of its checkpoint after eight of its samples.
+fn saved() -> &'static (BuiltScene, Vec<(SectionKind, Vec<u8>)>) {
+    static SAVED: OnceLock<(BuiltScene, Vec<(SectionKind, Vec<u8>)>)> = OnceLock::new();
+    SAVED.get_or_init(|| {
+        let text = r#"Film "rgb" "integer xresolution" 20 "integer yresolution" 3 "string layers" ["normal" "variance"]
+            LightTransport "path" "bool guiding" true Sampler "sobol" "integer pixelsamples" 10
+            WorldBegin LightSource "infinite" Translate 0 0 3 Shape "sphere""#;
+        let made = lang::load_text("saved.bhs", text, registry(), &overrides(), &mut SourceMap::new());
+        let built = made.unwrap_or_else(|found| panic!("{found:?}"));
+        let state = RenderState::new(Job::of(&built));
+        state.run(&Limits { most: 8, least: 8, time: None }, &Progress::new(0, true), &Signals::default());
+        let mut file = Vec::new();
+        checkpoint::write(&mut file, &Identity::of(&built), &state).expect("memory does not fail");
+        let mut parts = Vec::new();
+        let mut reader = Reader::new(&file[..]).expect("it was written so");
+        while let Ok(part) = reader.section() {
+            parts.push(part);
+        }
+        (built, parts)
+    })
+}
+
+/// A checkpoint, which is resumed: `data` as it stands behind the first byte, or as changes of a good one, whose checksums are right
+/// nonetheless; by the first byte.
+fn checkpoint(data: &[u8]) {
+    let Some((how, data)) = data.split_first() else { return };
+    let (built, parts) = saved();
+    let file = if how % 2 == 0 {
+        data.to_vec()
+    } else {
+        let mut parts = parts.clone();
+        for change in data.chunks_exact(4) {
+            let count = parts.len();
+            let content = &mut parts[usize::from(change[0]) % count].1;
+            let at = usize::from(u16::from_le_bytes([change[1], change[2]])) % content.len().max(1);
+            match content.get_mut(at) {
+                Some(byte) if change[3] > 0 => *byte ^= change[3],
+                _ => content.truncate(at),
+            }
+        }
+        let mut file = Vec::new();
+        let mut writer = Writer::new(&mut file).expect("memory does not fail");
+        for (kind, content) in &parts {
+            writer.section(*kind, &[content]).expect("memory does not fail");
+        }
+        file
+    };
+    let mut state = RenderState::new(Job::of(built));
+    if checkpoint::read(&file[..], &Identity::of(built), false, &mut state).is_ok() {
+        state.run(&Limits::of(&*built.sampler), &Progress::new(0, true), &Signals::default());
+    }
 }

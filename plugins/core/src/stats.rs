@@ -15,7 +15,8 @@ macro_rules! counters {
 
         impl AddAssign for Counters {
             fn add_assign(&mut self, o: Self) {
-                $(self.$name += o.$name;)*
+                // Counts that come from a file may be anything.
+                $(self.$name = self.$name.saturating_add(o.$name);)*
             }
         }
 
