@@ -49,7 +49,7 @@ impl BlackHole {
             return None;
         }
         let lapse = f.sqrt();
-        let here = Stationary { lapse, root: Stretch::along(from_center / r, 1.0 / lapse), beta: DVec3::ZERO };
+        let here = Stationary { lapse, root: Stretch::along(from_center / r, lapse), beta: DVec3::ZERO };
         let mut observer = Observer::at_rest(&here);
         if self.frame == FrameConvention::Chart {
             observer = observer.in_chart();

@@ -21,13 +21,15 @@ pub struct Observer {
     lapse: f64,
     /// Velocity against the static observer, in the static frame (units of c).
     velocity: DVec3,
+    /// Whether it moves.
+    moves: bool,
     /// Whether motion shifts wavelengths.
     shifts: bool,
 }
 
 impl Observer {
     /// The observer at rest in flat space.
-    pub const FLAT: Self = Self { frame: Stretch::IDENTITY, lapse: 1.0, velocity: DVec3::ZERO, shifts: true };
+    pub const FLAT: Self = Self { frame: Stretch::IDENTITY, lapse: 1.0, velocity: DVec3::ZERO, moves: false, shifts: true };
 
     /// The static observer where the metric is `here`.
     #[inline]
@@ -49,7 +51,7 @@ impl Observer {
 
     /// One who passes this static observer with the velocity `velocity` in its frame (units of c, less than 1).
     pub fn moving(self, velocity: DVec3) -> Self {
-        Self { velocity, ..self }
+        Self { velocity, moves: velocity != DVec3::ZERO, ..self }
     }
 
     /// Velocity against the static observer, in the static frame (units of c).
@@ -60,7 +62,7 @@ impl Observer {
 
     #[inline]
     fn rests(&self) -> bool {
-        self.velocity == DVec3::ZERO
+        !self.moves
     }
 
     /// `1/sqrt(1 - v^2)`
@@ -70,7 +72,7 @@ impl Observer {
     }
 
     /// Energy of the light that arrives from the static observer's unit direction `d`, over that which the static observer measures.
-    #[inline]
+    #[cold]
     fn doppler(&self, d: DVec3) -> f64 {
         self.gamma() * (1.0 + self.velocity.dot(d))
     }
@@ -94,21 +96,27 @@ impl Observer {
     #[inline]
     pub fn local_direction(&self, looked: DVec3) -> DVec3 {
         let d = self.frame.local_direction(looked);
-        if self.rests() {
-            return d;
-        }
+        if self.rests() { d } else { self.aberrated(d) }
+    }
+
+    /// The direction that this observer measures where the static one measures the unit direction `d`.
+    #[cold]
+    fn aberrated(&self, d: DVec3) -> DVec3 {
         let (v, k) = (self.velocity, self.gamma());
         ((d + v * (k * (k / (k + 1.0) * v.dot(d) + 1.0))) / self.doppler(d)).normalize()
+    }
+
+    /// A direction, not a unit vector, that the static observer measures where this one measures the unit direction `d`.
+    #[cold]
+    fn at_rest_direction(&self, d: DVec3) -> DVec3 {
+        let (v, k) = (self.velocity, self.gamma());
+        d + v * (k * (k / (k + 1.0) * v.dot(d) - 1.0))
     }
 
     /// The unit chart direction of the unit measured direction `local`, in which one looks.
     #[inline]
     pub fn chart_direction(&self, local: DVec3) -> DVec3 {
-        if self.rests() {
-            return self.frame.chart_direction(local);
-        }
-        let (v, k) = (self.velocity, self.gamma());
-        let d = local + v * (k * (k / (k + 1.0) * v.dot(local) - 1.0));
+        let d = if self.rests() { local } else { self.at_rest_direction(local) };
         self.frame.chart_direction(d)
     }
 

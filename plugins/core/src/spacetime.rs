@@ -167,7 +167,7 @@ impl Spherical {
             return None;
         }
         let lapse = f.sqrt();
-        Some(Stationary { lapse, root: Stretch::along(from_center / r, 1.0 / lapse), beta: DVec3::ZERO })
+        Some(Stationary { lapse, root: Stretch::along(from_center / r, lapse), beta: DVec3::ZERO })
     }
 }
 

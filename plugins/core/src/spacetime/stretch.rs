@@ -6,8 +6,10 @@ use glam::{DMat3, DVec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
     scale: f64,
+    /// Unit vectors; the second one means nothing where its factor is 1.
     axes: [DVec3; 2],
-    factors: [f64; 2],
+    /// 1 over the factors along the axes: what chart directions of measured ones take, which are asked for most.
+    inverses: [f64; 2],
 }
 
 impl Stretch {
@@ -16,17 +18,18 @@ impl Stretch {
 
     /// The same `factor` in all directions.
     pub const fn isotropic(factor: f64) -> Self {
-        Self { scale: factor, axes: [DVec3::Z, DVec3::X], factors: [1.0, 1.0] }
+        Self { scale: factor, axes: [DVec3::Z, DVec3::X], inverses: [1.0, 1.0] }
     }
 
-    /// Lengths along the unit vector `axis` are multiplied by `factor`.
-    pub fn along(axis: DVec3, factor: f64) -> Self {
-        Self { axes: [axis, axis.any_orthonormal_vector()], factors: [factor, 1.0], scale: 1.0 }
+    /// Lengths along the unit vector `axis` are divided by `divisor`.
+    #[inline]
+    pub fn along(axis: DVec3, divisor: f64) -> Self {
+        Self { axes: [axis, axis], inverses: [divisor, 1.0], scale: 1.0 }
     }
 
     /// Lengths along each of two unit vectors at right angles are multiplied by its factor.
     pub fn along_two(axes: [DVec3; 2], factors: [f64; 2]) -> Self {
-        Self { scale: 1.0, axes, factors }
+        Self { scale: 1.0, axes, inverses: factors.map(f64::recip) }
     }
 
     /// The root of the symmetric matrix `gamma`; `None` if it is not positive.
@@ -39,22 +42,27 @@ impl Stretch {
         order.sort_by(|a, b| roots[*a].total_cmp(&roots[*b]));
         let [low, middle, high] = order;
         let scale = roots[middle];
-        usable.then(|| Self { scale, axes: [vectors[high], vectors[low]], factors: [roots[high] / scale, roots[low] / scale] })
+        let factors = [roots[high] / scale, roots[low] / scale];
+        usable.then(|| Self { scale, ..Self::along_two([vectors[high], vectors[low]], factors) })
     }
 
     /// Whether directions are the same in the chart and as measured.
     #[inline]
     pub fn keeps_directions(&self) -> bool {
-        self.factors == [1.0, 1.0]
+        self.inverses == [1.0, 1.0]
+    }
+
+    #[inline]
+    fn factors(&self) -> [f64; 2] {
+        self.inverses.map(f64::recip)
     }
 
     #[inline]
     fn stretched(&self, v: DVec3, by: [f64; 2]) -> DVec3 {
-        let mut sum = v;
-        for (axis, by) in self.axes.iter().zip(by) {
-            if by != 1.0 {
-                sum += *axis * (v.dot(*axis) * (by - 1.0));
-            }
+        let [first, second] = self.axes;
+        let mut sum = v + first * (v.dot(first) * (by[0] - 1.0));
+        if by[1] != 1.0 {
+            sum += second * (v.dot(second) * (by[1] - 1.0));
         }
         sum
     }
@@ -62,25 +70,25 @@ impl Stretch {
     /// The measured vector of a chart vector.
     #[inline]
     pub fn apply(&self, chart: DVec3) -> DVec3 {
-        self.stretched(chart, self.factors) * self.scale
+        self.stretched(chart, self.factors()) * self.scale
     }
 
     /// The chart vector of a measured vector.
     #[inline]
     pub fn unapply(&self, local: DVec3) -> DVec3 {
-        self.stretched(local, self.factors.map(f64::recip)) / self.scale
+        self.stretched(local, self.inverses) / self.scale
     }
 
     /// The unit measured direction of a unit chart direction.
     #[inline]
     pub fn local_direction(&self, chart: DVec3) -> DVec3 {
-        if self.keeps_directions() { chart } else { self.stretched(chart, self.factors).normalize() }
+        if self.keeps_directions() { chart } else { self.stretched(chart, self.factors()).normalize() }
     }
 
     /// The unit chart direction of a measured direction.
     #[inline]
     pub fn chart_direction(&self, local: DVec3) -> DVec3 {
-        self.stretched(local, self.factors.map(f64::recip)).normalize()
+        self.stretched(local, self.inverses).normalize()
     }
 
     /// The unit measured normal of a surface with the given unit chart normal.
@@ -92,7 +100,7 @@ impl Stretch {
     /// Measured volume over chart volume: the root of the determinant of the metric.
     #[inline]
     pub fn volume_factor(&self) -> f64 {
-        self.scale * self.scale * self.scale * self.factors[0] * self.factors[1]
+        self.scale * self.scale * self.scale / (self.inverses[0] * self.inverses[1])
     }
 
     /// Measured area over chart area of a surface with the unit chart normal `n`.
