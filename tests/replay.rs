@@ -127,6 +127,13 @@ fn a_guided_sample_says_that_what_was_learned_is_not_replayed() {
     let (code, later, err) = replay("8");
     assert!(code == 0 && err.contains("learns while it renders"), "{err}");
     assert_eq!(json(&later)["exact"], false);
+    // A part of such a picture is another one: by flag as in the scene, whose place `tests/diagnostics` has.
+    let (code, _, err) = run(dir.path(), &["render", "scene.bhs", "--quiet", "--spp", "1", "--crop", "0,0.5,0,1"]);
+    assert!(code == 0 && err.contains("another picture") && err.contains("--crop 0,0.5,0,1"), "{err}");
+    for args in [&["--crop", "0,1,0,1"][..], &[]] {
+        let (code, _, err) = run(dir.path(), &[&["render", "scene.bhs", "--quiet", "--spp", "1"], args].concat());
+        assert_eq!((code, err.as_str()), (0, ""));
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Plugins, each made alone, to a scene: render space, the intersector, emitters, and what must hold between the parts.
 
 use crate::lang::build::{LoadCounters, View};
+use crate::lang::coplanar;
 use crate::lang::has_errors;
 use crate::lang::instances::{ObjectPart, Placed};
 use crate::lang::overrides::Overrides;
@@ -114,6 +115,8 @@ pub(super) fn assemble(
     let area_lights: Vec<Option<Arc<dyn AreaLight>>> = parts.area_lights.into_iter().map(|l| l.map(Arc::from)).collect();
     let default_material: Arc<dyn Material> = parts.default_material?.into();
     let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
+    // The places of their names.
+    let mut spans = Vec::new();
     for part in shapes {
         let geometry = to_render_space(part.geometry, origin, part.span, &mut load, found);
         let mut binding = ShapeBinding { material: Arc::clone(&default_material), emitter: None, index: part.index };
@@ -130,6 +133,7 @@ pub(super) fn assemble(
         }
         geometries.push(geometry);
         bindings.push(binding);
+        spans.push(part.span);
     }
     for (geometry, part) in objects.iter().flat_map(|o| o.geometries(origin)) {
         let material = match part.material {
@@ -138,10 +142,13 @@ pub(super) fn assemble(
         };
         geometries.push(geometry);
         bindings.push(ShapeBinding { material, emitter: None, index: part.index });
+        spans.push(part.span);
     }
     if has_errors(found) {
         return None;
     }
+    coplanar::warn(&geometries, &bindings, &spans, found);
+    drop(spans);
     let [lo, hi] = lambda_range;
     let power =
         emitters.iter().map(|e: &Emitter| finite_power(e.light.exitance(lo, hi) * e.area(&geometries[e.geometry as usize])));

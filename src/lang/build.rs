@@ -153,6 +153,9 @@ pub fn build(
     }
     let filter = registry.create::<dyn Filter>(&settings.filter, context, &mut found);
     let transport = registry.create::<dyn LightTransport>(&settings.transport, context, &mut found);
+    if let (Some(film), Some(transport)) = (&film, &transport) {
+        warn_of_guided_crop(film.as_ref(), transport.as_ref(), &settings, &mut found);
+    }
     // Of very many materials and shapes, what describes them is let go before more room is needed.
     let materials = Names::new(registry, &description).make_all(context, &mut found);
     description.materials = Vec::new();
@@ -234,6 +237,23 @@ fn too_large(film: &dyn Film, entity: &Entity, then: TooLarge) -> Option<Diagnos
     let found = memory::check_at(film, size.map_or(entity.name.span, |p| p.name.span))?;
     let severity = if then == TooLarge::Refuse { Severity::Error } else { Severity::Warning };
     Some(Diagnostic { severity, ..found })
+}
+
+/// A part of a picture that learns from all of its pixels is another picture.
+fn warn_of_guided_crop(film: &dyn Film, transport: &dyn LightTransport, settings: &Settings, found: &mut Vec<Diagnostic>) {
+    let [width, height] = film.resolution();
+    if !transport.learns() || film.crop() == [0, width, 0, height] {
+        return;
+    }
+    let place = |entity: &Entity, name: &str| {
+        entity.params.iter().find(|p| p.name.value == name).map_or(entity.name.span, |p| p.name.span.to(p.span))
+    };
+    found.push(
+        Diagnostic::warning("guided-crop", "this crop will be another picture than the same part of the whole one")
+            .at(place(&settings.film, "cropwindow"), "only these pixels are rendered")
+            .and(place(&settings.transport, "guiding"), "and learned from")
+            .help("the mean is the same, the noise is not; to put parts together, render them without `guiding`"),
+    );
 }
 
 /// Makes a plugin under the transform of its directive.

@@ -48,6 +48,11 @@ pub trait LightTransport: Send + Sync {
         None
     }
 
+    /// Whether it has such a memory: what a pixel shows then depends on which others are rendered.
+    fn learns(&self) -> bool {
+        false
+    }
+
     /// Says that all samples so far are done, and that others follow: what has been found so far may be used from now on.
     fn end_wave(&mut self) {}
 

@@ -88,7 +88,7 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
     }
     if !INDICES.contains(&eta) {
         let (least, most) = (INDICES.start(), INDICES.end());
-        p.reject("eta", format!("`eta` is {eta}"), format!("the refractive index of a coat lies between {least} and {most}"));
+        p.reject("eta", format!("`eta` is {eta:?}"), format!("the refractive index of a coat lies between {least} and {most}"));
         eta = 1.5;
     }
     let albedo = p.spectrum("albedo", 0.0, SpectrumRole::Reflectance, "", "must be 0: a coat that scatters is not supported yet");

@@ -62,7 +62,7 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
     let wavelengths = (0..=64).map(|i| lo + (hi - lo) * i as f32 / 64.0);
     if let Some(bad) = wavelengths.map(|l| eta.at(l)).find(|eta| !INDICES.contains(eta)) {
         let (least, most) = (INDICES.start(), INDICES.end());
-        p.reject("eta", format!("`eta` is {bad}"), format!("a refractive index lies between {least} and {most}"));
+        p.reject("eta", format!("`eta` is {bad:?}"), format!("a refractive index lies between {least} and {most}"));
     }
     let index = if eta.is_constant() { Index::Constant(eta.at(lo)) } else { Index::Dispersive(eta) };
     Some(Box::new(Dielectric { index, facets: Facets::read(p) }))

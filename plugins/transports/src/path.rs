@@ -176,6 +176,10 @@ impl LightTransport for Path {
         self.guiding.then(|| Box::new(Self { guide: Some(Guide::new(scene.world.bounds)), ..*self }) as _)
     }
 
+    fn learns(&self) -> bool {
+        self.guiding
+    }
+
     fn end_wave(&mut self) {
         if let Some(guide) = &mut self.guide {
             guide.end_wave();
