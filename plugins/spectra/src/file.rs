@@ -1,8 +1,9 @@
 //! `file`: a measured spectrum from a text file with two columns, wavelength and value.
 //!
-//! One pair a line, separated by blanks, tabs or a comma; `#` starts a comment. Wavelengths increase. Values between are
-//! joined by straight lines; outside the data the end value is kept, or zero with the word `zero-outside`. A relative path
-//! starts at the folder of the scene file. A text is a path if it ends in `.spd` or contains `/` or `.`.
+//! One pair a line, separated by blanks, tabs, a comma or a semicolon; `#` starts a comment, a first line of names is left out.
+//! Wavelengths increase, or all decrease; two values at one are a step. Values between are joined by straight lines; outside the
+//! data the end value is kept, or zero with the word `zero-outside`. A relative path starts at the folder of the scene file. A
+//! text is a path if it ends in `.spd` or contains `/` or `.`.
 //!
 //! | values | type | unit | meaning |
 //! |---|---|---|---|
@@ -53,39 +54,119 @@ fn build(param: &Param, role: SpectrumRole, context: &Context) -> Built {
     Ok(Arc::new(Tabulated::new(&points, outside)))
 }
 
-/// Line number, wavelength (nm) and value of each line, or what is wrong with the lines.
-fn parse(bytes: &[u8]) -> Result<Vec<(usize, f64, f64)>, Vec<String>> {
-    let text = std::str::from_utf8(bytes).map_err(|_| vec!["it is not text in UTF-8".to_owned()])?;
-    let mut points: Vec<(usize, f64, f64)> = Vec::new();
+/// A line's number, wavelength (nm) and value.
+type Point = (usize, f64, f64);
+
+/// Wavelengths that all lie below are in other units than nm: no lamp and no sensor works there.
+const SHORTEST_NM: f64 = 10.0;
+/// Wavelengths that all lie above are in other units, or say nothing of what is seen.
+const LONGEST_NM: f64 = 3000.0;
+
+/// The points of a file by increasing wavelength, or what is wrong with its lines.
+fn parse(bytes: &[u8]) -> Result<Vec<Point>, Vec<String>> {
+    let fault = |text: &str| Err(vec![text.to_owned()]);
+    match bytes {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => return fault("it is not text in UTF-8 or ASCII, but in UTF-16"),
+        _ if bytes.contains(&0) => return fault("it is not text"),
+        _ => {}
+    }
+    // Comments and names may be in any encoding: numbers are the same in all of them.
+    let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    let mut points: Vec<Point> = Vec::new();
     let mut faults = Vec::new();
-    for (i, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+    let mut has_names = false;
+    for (i, line) in text.replace("\r\n", "\n").split(['\n', '\r']).enumerate() {
         let number = i + 1;
         let data = line.split('#').next().unwrap_or_default();
-        let words: Vec<&str> = data.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty()).collect();
+        let words: Vec<&str> = words(data).collect();
         if words.is_empty() {
             continue;
         }
-        match point(&words) {
+        // Names of columns, of two or more; where numbers have been, another table begins with them.
+        let are_names = words.len() > 1 && words.iter().all(|w| is_name(w));
+        if are_names && points.is_empty() && faults.is_empty() && !has_names {
+            has_names = true;
+            continue;
+        }
+        if are_names && !points.is_empty() && faults.is_empty() {
+            return Err(vec![format!("line {number}: another table begins here (`{}`): keep one of them", data.trim())]);
+        }
+        match point(data, &words) {
             Err(fault) => faults.push(format!("line {number}: {fault}")),
-            Ok((l, _)) if points.last().is_some_and(|p| l <= p.1) => {
-                faults.push(format!(
-                    "line {number}: {l} nm does not follow {} nm; wavelengths must increase",
-                    points[points.len() - 1].1
-                ));
-            }
             Ok((l, v)) => points.push((number, l, v)),
         }
     }
     if points.is_empty() && faults.is_empty() {
         faults.push("it has no values".to_owned());
     }
+    if let (Some(first), Some(last)) = (points.first(), points.last()) {
+        let decreases = last.1 < first.1;
+        faults.extend(order_faults(&points, decreases));
+        if decreases {
+            points.reverse();
+        }
+    }
+    if faults.is_empty() {
+        faults.extend(unit_fault(&points));
+    }
     if faults.is_empty() { Ok(points) } else { Err(faults) }
 }
 
+/// The words of a line.
+fn words(data: &str) -> impl Iterator<Item = &str> {
+    data.split(|c: char| matches!(c, ',' | ';') || c.is_whitespace()).filter(|w| !w.is_empty())
+}
+
+/// Whether a word is text rather than a number, or what was to be one.
+fn is_name(word: &str) -> bool {
+    word.parse::<f64>().is_err() && (word.starts_with(char::is_alphabetic) || !word.contains(|c: char| c.is_ascii_digit()))
+}
+
+/// What is wrong with the order of wavelengths.
+fn order_faults(points: &[Point], decreases: bool) -> Vec<String> {
+    let mut faults = Vec::new();
+    for w in points.windows(2) {
+        let ([(_, a, _), (line, b, _)], way) = ([w[0], w[1]], if decreases { "decrease" } else { "increase" });
+        if (b > a) == decreases && b != a {
+            faults.push(format!(
+                "line {line}: {b} nm does not follow {a} nm; wavelengths must {way}, as they do from first to last"
+            ));
+        }
+    }
+    for w in points.windows(3) {
+        if w[0].1 == w[2].1 {
+            faults.push(format!("line {}: a third value at {} nm; two make a step", w[2].0, w[2].1));
+        }
+    }
+    faults
+}
+
+/// What is wrong with the unit of wavelengths, as far as numbers tell.
+fn unit_fault(points: &[Point]) -> Option<String> {
+    let (shortest, longest) = (points.first()?.1, points.last()?.1);
+    if longest < 1e-4 {
+        return Some(format!("its wavelengths end at {longest:e} nm: are they in metres? they must be in nm, 1e9 times as much"));
+    }
+    if longest < SHORTEST_NM {
+        return Some(format!(
+            "its wavelengths end at {longest} nm: are they in micrometres? they must be in nm, 1000 times as much"
+        ));
+    }
+    (shortest >= LONGEST_NM).then(|| {
+        format!("its wavelengths begin at {shortest} nm: are they in \u{e5}ngstr\u{f6}m? they must be in nm, a tenth of that")
+    })
+}
+
 /// Wavelength (nm) and value of one line.
-fn point(words: &[&str]) -> Result<(f64, f64), String> {
+fn point(data: &str, words: &[&str]) -> Result<(f64, f64), String> {
     let [l, v] = words else {
-        let found = if words.len() == 1 { "1 word".to_owned() } else { format!("{} words", words.len()) };
+        if has_decimal_comma(data) {
+            return Err("a comma within a number: write a point (400.5, not 400,5)".into());
+        }
+        let found = match words.len() {
+            1 => "1 word".to_owned(),
+            n => format!("{n} words: keep the wavelength and one column"),
+        };
         return Err(format!("expected two numbers, found {found}"));
     };
     let number = |word: &str| match word.parse::<f64>() {
@@ -98,4 +179,16 @@ fn point(words: &[&str]) -> Result<(f64, f64), String> {
         return Err(format!("a wavelength is greater than 0, found {l}"));
     }
     Ok((l, v))
+}
+
+/// Whether a line has a comma between digits although something else parts its columns.
+fn has_decimal_comma(data: &str) -> bool {
+    let is_number = |field: &str| {
+        let digits = |part: &str| part.bytes().next().is_some_and(|b| b.is_ascii_digit()) || part.starts_with(['-', '+']);
+        field.split_once(',').is_some_and(|(whole, rest)| digits(whole) && digits(rest) && !rest.contains(','))
+    };
+    let mut fields = data.split(|c: char| c == ';' || c.is_whitespace()).filter(|f| !f.is_empty());
+    let is_comma = fields.clone().count() == 2 && fields.any(is_number);
+    // 400,5,0,12: nothing but commas.
+    is_comma || (data.split(',').count() == 4 && data.trim().split(',').all(|w| w.trim().parse::<f64>().is_ok()))
 }

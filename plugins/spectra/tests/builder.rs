@@ -18,10 +18,11 @@ impl Files for TestFiles {
         let text = match path {
             "commas.spd" => "\u{feff}# a comment\r\n400, 1\r\n\r\n500,\t2 # two\r\n  600 4\r\n",
             "empty.spd" => "# nothing\n\n",
-            "words.spd" => "400 1\nwavelength value\n500 inf\n600\n",
-            "order.spd" => "400 1\n400 2\n500 3\n450 4\n",
+            "words.spd" => "400 1\n500 many\n500 inf\n600\n",
+            "order.spd" => "400 1\n400 2\n500 3\n450 4\n500 1\n500 2\n500 3\n",
             "negative.spd" => "400 1\n\n# x\n500 -0.5\n",
             "bytes.spd" => return Ok(vec![0xff, 0xfe, 0x00]),
+            _ if path.starts_with("text:") => return Ok(path[5..path.len() - 1].chars().map(|c| c as u8).collect()),
             _ => {
                 let file = format!("{}/{path}", env!("CARGO_MANIFEST_DIR"));
                 return std::fs::read(file).map_err(|_| "there is no such file".to_owned());
@@ -147,12 +148,62 @@ fn files_are_read() {
     expect(strings(&["commas.spd", "zero"], Emission), string_span(1), &["`zero` cannot follow", "`zero-outside`"]);
     let messages = |file| bad(strings(&[file], Emission)).into_iter().map(|d| d.message).collect::<Vec<_>>().join("\n");
     let words = messages("words.spd");
-    for part in ["line 2: `wavelength` is not a number", "line 3: `inf` is not finite", "line 4: expected two numbers, found 1"] {
+    for part in ["line 2: `many` is not a number", "line 3: `inf` is not finite", "line 4: expected two numbers, found 1"] {
         assert!(words.contains(part), "{words}");
     }
     let order = messages("order.spd");
-    for part in ["line 2: 400 nm does not follow 400 nm", "line 4: 450 nm does not follow 500 nm"] {
+    for part in ["line 4: 450 nm does not follow 500 nm", "line 7: a third value at 500 nm"] {
         assert!(order.contains(part), "{order}");
+    }
+}
+
+#[test]
+fn every_program_s_way_of_writing_a_spectrum_is_read() {
+    // Characters are the bytes of the file.
+    let table = [
+        "400 0.1\n550 5\n700 0.1\n",
+        "700 0.1\n550 5\n400 0.1\n",
+        "# caf\u{e9}, 5 \u{b5}m slit\n400 0.1\n550 5\n700 0.1",
+        "wavelength,radiance\n400,0.1\n550,5\n700,0.1\n",
+        "\u{ef}\u{bb}\u{bf}Wavelength (nm);Power (W/m2)\r\n400;0.1\r\n550;5\r\n700;0.1\r\n",
+        "nm\tW\r400\t0.1\r550\t5\r700\t0.1\r",
+        "400, 0.1,\n550 ,5,\n700 , 0.1 ,\n",
+        "4e2 1.0E-1\n+550.0 5.\n700 .1\n",
+        "\u{b5}m \u{e9}\n400 0.1\n550 5\n700 0.1\n",
+    ];
+    for text in table {
+        let s = good(strings(&[&format!("text:{text}.")], Unbounded));
+        let found = [350.0, 475.0, 550.0, 650.0, 800.0].map(|l| s.at(l));
+        let wanted = [0.1, 2.55, 5.0, 1.733_333, 0.1];
+        assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-5), "{text:?}: {found:?}");
+    }
+    for text in ["400 0.1\n550 0.1\n550 5\n700 5\n# ", "700 5\n550 5\n550 0.1\n400 0.1\n# "] {
+        let s = good(strings(&[&format!("text:{text}.")], Unbounded));
+        assert_eq!([450.0, 549.9, 550.1, 650.0].map(|l| s.at(l)), [0.1, 0.1, 5.0, 5.0], "{text}");
+    }
+}
+
+#[test]
+fn files_that_mean_something_else_are_refused_with_what_to_do() {
+    let table = [
+        ("0.40 0.1\n0.55 5\n0.70 0.1\n", "wavelengths end at 0.7 nm: are they in micrometres?"),
+        ("4e-7 0.1\n7e-7 0.1\n", "are they in metres?"),
+        ("4000 0.1\n5500 5\n7000 0.1\n", "wavelengths begin at 4000 nm: are they in \u{e5}ngstr\u{f6}m?"),
+        ("400,0;0,1\n550,0;5,0\n", "line 1: a comma within a number: write a point"),
+        ("400\t0,1\n550\t5,0\n", "line 1: a comma within a number"),
+        ("400,5,0,12\n", "line 1: a comma within a number"),
+        ("400,0.1,0.2\n550,5,6\n", "line 1: expected two numbers, found 3 words: keep the wavelength and one column"),
+        ("wl,n\n400,1.5\n700,1.4\nwl,k\n400,0\n700,0\n", "line 4: another table begins here (`wl,k`): keep one of them"),
+        ("a,b\nc,d\n400,1\n", "line 2: `c` is not a number"),
+        ("400 1\n500 2\n450 3\n600 4\n", "line 3: 450 nm does not follow 500 nm; wavelengths must increase"),
+        ("600 1\n500 2\n550 3\n400 4\n", "line 3: 550 nm does not follow 500 nm; wavelengths must decrease"),
+        ("\u{ff}\u{fe}4\u{0}0\u{0}", "in UTF-16"),
+        ("name,value\n", "it has no values"),
+    ];
+    for (text, wanted) in table {
+        let said =
+            bad(strings(&[&format!("text:{text}# .")], Unbounded)).into_iter().map(|d| d.message).collect::<Vec<_>>().join("\n");
+        assert!(said.contains(wanted), "{text:?}: {said}");
     }
 }
 
