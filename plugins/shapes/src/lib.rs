@@ -1,4 +1,4 @@
-//! Shapes: what there is to be seen. One file, one plugin; `ply*.rs`, `obj.rs`, `mesh.rs`, `patch.rs`, `affine.rs` and `ellipsoid.rs` are
+//! Shapes: what there is to be seen. One file, one plugin; `ply*.rs`, `obj.rs`, `obj_lines.rs`, `mesh.rs`, `polygon.rs`, `patch.rs`, `affine.rs` and `ellipsoid.rs` are
 //! helpers.
 
 use bhs_core::geometry::Shape;
@@ -11,6 +11,7 @@ mod disk;
 mod ellipsoid;
 mod mesh;
 pub mod obj;
+mod obj_lines;
 mod objmesh;
 mod patch;
 pub mod ply;
@@ -18,6 +19,7 @@ mod ply_body;
 mod ply_header;
 mod ply_input;
 mod plymesh;
+mod polygon;
 mod sphere;
 mod trianglemesh;
 
@@ -33,4 +35,4 @@ pub const ALL: &[Plugin<dyn Shape>] = &[
 ];
 
 #[cfg(test)]
-bhs_core::every_file_is_listed!([ALL], helpers: ["affine", "ellipsoid", "mesh", "obj", "patch", "ply", "ply_body", "ply_header", "ply_input"]);
+bhs_core::every_file_is_listed!([ALL], helpers: ["affine", "ellipsoid", "mesh", "obj", "obj_lines", "patch", "ply", "ply_body", "ply_header", "ply_input", "polygon"]);

@@ -1,5 +1,6 @@
 //! What all meshes share: the way from their own coordinates to world space.
 
+use crate::polygon;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::{WorldGeometry, WorldMesh};
 use bhs_core::params::Params;
@@ -38,9 +39,67 @@ pub(crate) fn to_world(p: &Params, mut mesh: WorldMesh) -> Option<WorldGeometry>
     Some(WorldGeometry::Mesh(mesh))
 }
 
-/// The unit vector along `v`, however long or short that is; zero for zero.
+/// The unit vector along `v`, however long or short that is; zero for zero and for what is no number.
 pub(crate) fn unit(v: DVec3) -> [f32; 3] {
     (v / v.abs().max_element()).normalize_or_zero().as_vec3().to_array()
+}
+
+/// A polygon of more than three corners, so far as the fan of triangles around its first corner.
+pub(crate) struct Fan {
+    /// Its first triangle.
+    pub(crate) start: usize,
+    pub(crate) triangles: usize,
+}
+
+/// Turns fans into the triangles that fill their polygons; how many of these cross themselves.
+pub(crate) fn fill_polygons(mesh: &mut WorldMesh, fans: &[Fan]) -> u64 {
+    /// Stands where a polygon has fewer triangles than corners let expect.
+    const GONE: [u32; 3] = [u32::MAX; 3];
+    let (mut crossing, mut are_some_gone) = (0, false);
+    let (mut corners, mut places) = (Vec::new(), Vec::new());
+    for fan in fans {
+        let triangles = &mut mesh.triangles[fan.start..][..fan.triangles];
+        corners.clear();
+        corners.extend(triangles[0][..2].iter().copied().chain(triangles.iter().map(|t| t[2])));
+        places.clear();
+        places.extend(corners.iter().map(|v| mesh.positions[*v as usize]));
+        let filled = polygon::fill(&places);
+        crossing += u64::from(filled.crosses);
+        let filled = filled.triangles.into_iter().map(|t| t.map(|i| corners[i as usize]));
+        let mut filled = filled.map(Some).chain(std::iter::repeat(None));
+        for triangle in triangles {
+            *triangle = filled.next().flatten().unwrap_or(GONE);
+            are_some_gone |= *triangle == GONE;
+        }
+    }
+    if are_some_gone {
+        mesh.triangles.retain(|t| *t != GONE);
+    }
+    crossing
+}
+
+/// Gives vertices whose normal is zero that of the triangles around them, weighted by area and on the side of the normals that their other
+/// corners have.
+pub(crate) fn fill_normals(mesh: &mut WorldMesh) {
+    let is_missing = |n: &[f32; 3]| *n == [0.0; 3];
+    if !mesh.normals.iter().any(is_missing) {
+        return;
+    }
+    let mut sums = vec![DVec3::ZERO; mesh.normals.len()];
+    for t in &mesh.triangles {
+        let normals = t.map(|v| mesh.normals[v as usize]);
+        if !normals.iter().any(is_missing) {
+            continue;
+        }
+        let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+        let own = (b - a).cross(c - a);
+        let others: DVec3 = normals.iter().map(|n| Vec3::from_array(*n).as_dvec3()).sum();
+        let own = if own.dot(others) < 0.0 { -own } else { own };
+        t.iter().for_each(|v| sums[*v as usize] += own);
+    }
+    for (normal, sum) in mesh.normals.iter_mut().zip(sums).filter(|(n, _)| is_missing(n)) {
+        *normal = unit(sum);
+    }
 }
 
 /// What takes normals along when `m` takes points: the inverse transpose of `m` up to a positive factor, by cofactors, so
@@ -89,6 +148,14 @@ pub(crate) fn can_be_numbered(count: u64, what: &str) -> Result<(), String> {
     match u32::try_from(count) {
         Ok(_) => Ok(()),
         Err(_) => Err(format!("{count} {what} are more than the {} that a mesh can have", u32::MAX)),
+    }
+}
+
+/// Warns of `count` faces of a file whose outline crosses itself.
+pub(crate) fn warn_of_crossing(p: &Params, file: &str, count: u64) {
+    if count > 0 {
+        let message = format!("faces of `{file}` cross themselves, and are taken for fans of triangles: {count}");
+        p.report(Diagnostic::warning("crossing-faces", message).at(p.span_of("filename"), ""));
     }
 }
 

@@ -1,181 +1,253 @@
-//! Wavefront OBJ files: what of them is geometry, handed to the crate tobj line by line.
+//! Wavefront OBJ files: what of them is geometry.
 //!
 //! Read are `v`, `vt`, `vn` and `f`: all faces make one mesh. Groups, materials, lines, points, curves and vertex colours are stepped over.
-//! A `\` at the end of a line continues it.
+//! A `\` at the end of a line of geometry continues it, `#` starts a comment anywhere, lines end as on any system, comments may be in any
+//! encoding. A corner without a normal, or with one that is no number, takes that of its face; a vertex that no face uses may be anything.
+//!
+//! Own code: `tobj`, which read these files before, gives up at comments within lines, at `vt` with one number and at normals that
+//! Microsoft's programs write as `-nan(ind)`, does not know lines that end as on old Macintoshes, nor in which line a face names a vertex
+//! that is not there, and gives what some corners lack to the wrong ones.
 
-use crate::mesh::can_be_numbered;
+use crate::mesh::{Fan, can_be_numbered, fill_normals, fill_polygons, unit};
+use crate::obj_lines::{Line, Lines, numbers};
 use bhs_core::geometry::WorldMesh;
 use glam::DVec3;
-use std::borrow::Cow;
-use std::io::{self, BufRead, Read};
-use tobj::{LoadError, LoadOptions};
+use std::collections::HashSet;
 
 /// What a file holds.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Obj {
     /// In the file's own coordinates.
     pub mesh: WorldMesh,
     /// What was left out for being there at some corners only.
     pub partial: Vec<&'static str>,
+    /// How many names follow `usemtl`.
+    pub materials: usize,
+    /// Faces whose outline crosses itself.
+    pub crossing_faces: u64,
 }
 
-/// Longest file: more could have more vertices than can be numbered.
-const MOST_BYTES: usize = 1 << 34;
+/// Numbers of a corner's vertex, texture coordinates and normal, from 0; [`NONE`] for what it has not.
+type Corner = [u32; 3];
 
-/// Digits of a number of a vertex: more overflow.
-const MOST_DIGITS: usize = 18;
+const NONE: u32 = u32::MAX;
+
+/// What a line `f` looks like.
+const CORNER: &str = "a corner of a face is a number of a vertex, as in 3, 3/1, 3//2 or 3/1/2";
+
+#[derive(Default)]
+struct Reader<'a> {
+    positions: Vec<DVec3>,
+    uvs: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    corners: Vec<Corner>,
+    /// For each face its line, and the number of corners up to and including its own.
+    faces: Vec<(u64, usize)>,
+    materials: HashSet<&'a [u8]>,
+}
 
 /// Reads a whole file.
 ///
 /// # Errors
 /// What is wrong with it, in a sentence, with the line where it is known.
 pub fn read(file: &[u8]) -> Result<Obj, String> {
-    if file.len() > MOST_BYTES {
-        return Err(format!("{} bytes are more than the {MOST_BYTES} that a file can have", file.len()));
-    }
-    let mut lines = Lines { rest: file, line: Cow::Borrowed(&[]), at: 0, number: 0, fault: None };
-    let options = LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
-    let no_material = |_: &std::path::Path| Ok(Default::default());
-    let loaded = tobj::load_obj_buf(&mut lines, &options, no_material);
-    if let Some(fault) = lines.fault {
-        return Err(format!("line {}: {fault}", lines.number));
-    }
-    let meshes = match loaded {
-        Ok((models, _)) => models.into_iter().map(|m| m.mesh),
-        Err(error) => return Err(explain(error, lines.number)),
-    };
-    let mut obj = Obj { mesh: WorldMesh::default(), partial: Vec::new() };
-    for mesh in meshes {
-        append(&mut obj, &mesh)?;
-    }
-    if obj.mesh.triangles.is_empty() {
-        return Err("it holds no triangle".into());
-    }
-    Ok(obj)
-}
-
-fn append(obj: &mut Obj, from: &tobj::Mesh) -> Result<(), String> {
-    let triples = |v: &[f64]| v.chunks_exact(3).map(DVec3::from_slice).collect::<Vec<_>>();
-    let mesh = &mut obj.mesh;
-    mesh.positions = triples(&from.positions);
-    if !mesh.positions.iter().all(|p| p.is_finite()) {
-        return Err("a vertex has a coordinate that is not a finite number".into());
-    }
-    let count = mesh.positions.len();
-    can_be_numbered(count as u64, "vertices")?;
-    can_be_numbered(from.indices.len() as u64 / 3, "triangles")?;
-    mesh.triangles = from.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-    // What some corners have and others have not would be given to the wrong ones.
-    let mut fits = |name, length, each| {
-        let partial = length != 0 && length != each * count;
-        obj.partial.extend(partial.then_some(name));
-        !partial
-    };
-    if fits("shading normals", from.normals.len(), 3) {
-        mesh.normals = triples(&from.normals).into_iter().map(crate::mesh::unit).collect();
-    }
-    if fits("texture coordinates", from.texcoords.len(), 2) {
-        mesh.uvs = from.texcoords.chunks_exact(2).map(|uv| [uv[0] as f32, uv[1] as f32]).collect();
-        if !mesh.uvs.iter().flatten().all(|x| x.is_finite()) {
-            return Err("a texture coordinate is not a finite number of single precision".into());
-        }
-    }
-    Ok(())
-}
-
-/// tobj's errors as sentences; `line` is the one that it stopped at.
-fn explain(error: LoadError, line: u64) -> String {
-    let in_line = |what: &str| format!("line {line}: {what}");
-    match error {
-        LoadError::PositionParseError => in_line("`v` needs three numbers, and takes one or three more"),
-        LoadError::NormalParseError => in_line("`vn` needs three numbers"),
-        LoadError::TexcoordParseError => in_line("`vt` needs two numbers"),
-        LoadError::FaceParseError => in_line("a corner of a face is a number of a vertex, as in 3, 3/1, 3//2 or 3/1/2"),
-        LoadError::ScalingByZeroError => in_line("the fourth number of `v` is 0"),
-        LoadError::ColorParseError => in_line("`v` takes one more number, or three"),
-        LoadError::ReadError => in_line("it is not text"),
-        LoadError::FaceVertexOutOfBounds => "a face uses a vertex that does not exist".into(),
-        LoadError::FaceTexCoordOutOfBounds => "a face uses texture coordinates that do not exist".into(),
-        LoadError::FaceNormalOutOfBounds => "a face uses a normal that does not exist".into(),
-        LoadError::FaceColorOutOfBounds => "some vertices have colours and others have not".into(),
-        LoadError::InvalidPolygon => "a face has no corners".into(),
-        other => in_line(&other.to_string()),
-    }
-}
-
-/// The lines that are geometry.
-struct Lines<'a> {
-    rest: &'a [u8],
-    /// What is handed over now, and how much of it has been.
-    line: Cow<'a, [u8]>,
-    at: usize,
-    /// Number of its last line in the file, from 1.
-    number: u64,
-    /// What tobj cannot be asked to read.
-    fault: Option<&'static str>,
-}
-
-impl<'a> Lines<'a> {
-    /// The next line of the file, its end included; empty at the end of the file.
-    fn next_line(&mut self) -> &'a [u8] {
-        let end = self.rest.iter().position(|b| *b == b'\n').map_or(self.rest.len(), |i| i + 1);
-        let (line, rest) = self.rest.split_at(end);
-        self.rest = rest;
-        self.number += u64::from(end > 0);
-        line
-    }
-
-    /// Goes on to the next line of geometry.
-    fn advance(&mut self) {
-        self.at = 0;
-        loop {
-            let first = self.next_line();
-            self.line = Cow::Borrowed(first);
-            // A line that goes on.
-            while let Some(length) = self.line.trim_ascii_end().strip_suffix(b"\\").map(<[u8]>::len) {
-                let next = self.next_line();
-                let line = self.line.to_mut();
-                line.truncate(length);
-                line.push(b' ');
-                line.extend_from_slice(next);
-                if next.is_empty() {
-                    break;
-                }
+    let mut reader = Reader::default();
+    let mut lines = Lines::new(file)?;
+    while let Some(line) = lines.next_line() {
+        let read = match line {
+            Line::Geometry(b"v", rest) => reader.vertex(&rest),
+            Line::Geometry(b"vt", rest) => reader.texture_coordinates(&rest),
+            Line::Geometry(b"vn", rest) => reader.normal(&rest),
+            Line::Geometry(_, rest) => reader.face(&rest, lines.number()),
+            Line::Material(name) => {
+                reader.materials.insert(name);
+                Ok(())
             }
-            let word = self.line.trim_ascii_start().split(u8::is_ascii_whitespace).next().unwrap_or_default();
-            match word {
-                _ if self.line.is_empty() => return,
-                b"v" | b"vt" | b"vn" => return,
-                b"f" => {
-                    if self.line.split(|b| !b.is_ascii_digit()).any(|digits| digits.len() > MOST_DIGITS) {
-                        self.fault = Some("a number of a vertex is too large");
-                        self.line = Cow::Borrowed(&[]);
+        };
+        read.map_err(|fault| format!("line {}: {fault}", lines.number()))?;
+    }
+    reader.finish()
+}
+
+impl Reader<'_> {
+    fn vertex(&mut self, rest: &[u8]) -> Result<(), String> {
+        // Three numbers, a weight, a colour with or without opacity, or both.
+        let (v, n) = numbers::<8>(rest).filter(|(_, n)| *n >= 3).ok_or("`v` needs three numbers, and takes one or three more")?;
+        let place = DVec3::new(v[0], v[1], v[2]);
+        let place = match n {
+            4 | 8 if v[3] == 0.0 => return Err("the fourth number of `v` is 0".into()),
+            4 | 8 => place / v[3],
+            5 => return Err("`v` takes one more number, or three".into()),
+            _ => place,
+        };
+        self.positions.push(place);
+        can_be_numbered(self.positions.len() as u64, "vertices")
+    }
+
+    fn texture_coordinates(&mut self, rest: &[u8]) -> Result<(), String> {
+        let (v, _) = numbers::<3>(rest).filter(|(_, n)| *n >= 1).ok_or("`vt` needs one to three numbers")?;
+        self.uvs.push([v[0] as f32, v[1] as f32]);
+        can_be_numbered(self.uvs.len() as u64, "texture coordinates")
+    }
+
+    fn normal(&mut self, rest: &[u8]) -> Result<(), String> {
+        let (v, _) = numbers::<3>(rest).filter(|(_, n)| *n == 3).ok_or("`vn` needs three numbers")?;
+        self.normals.push(unit(DVec3::from_array(v)));
+        can_be_numbered(self.normals.len() as u64, "normals")
+    }
+
+    fn face(&mut self, rest: &[u8], line: u64) -> Result<(), String> {
+        let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
+        let start = self.corners.len();
+        for word in rest.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()) {
+            let mut corner = [NONE; 3];
+            let mut parts = word.split(|b| *b == b'/');
+            for (k, part) in parts.by_ref().take(3).enumerate() {
+                // `3//2` has no texture coordinates, and some programs write `3/` and `3//`.
+                if part.is_empty() && k > 0 {
+                    continue;
+                }
+                let text = std::str::from_utf8(part).map_err(|_| CORNER)?;
+                let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
+                if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
+                    return Err(CORNER.into());
+                }
+                let number: i64 = text.parse().map_err(|_| "a number of a vertex is too large")?;
+                // From 1, or backwards from the last one so far.
+                let index = if number < 0 { counts[k] as i64 + number } else { number - 1 };
+                corner[k] = u32::try_from(index).ok().filter(|i| *i != NONE).ok_or_else(|| missing(k, number))?;
+            }
+            if parts.next().is_some() {
+                return Err(CORNER.into());
+            }
+            self.corners.push(corner);
+        }
+        match self.corners.len() - start {
+            0 => return Err("a face has no corners".into()),
+            // A point or a line.
+            1 | 2 => self.corners.truncate(start),
+            _ => self.faces.push((line, self.corners.len())),
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<Obj, String> {
+        self.check()?;
+        let mut obj = Obj { materials: self.materials.len(), ..Obj::default() };
+        let (mut has_normals, mut lacks_uvs, mut has_uvs) = (false, false, false);
+        for corner in &self.corners {
+            has_normals |= corner[2] != NONE;
+            has_uvs |= corner[1] != NONE;
+            lacks_uvs |= corner[1] == NONE;
+        }
+        if has_uvs && lacks_uvs {
+            // What it would be given is the place of some other part of a picture.
+            obj.partial.push("texture coordinates");
+        }
+        let has_uvs = has_uvs && !lacks_uvs;
+        // Vertices of the mesh: corners that have the same of everything.
+        let mut table = Corners { first: vec![NONE; self.positions.len()], next: Vec::new(), corners: Vec::new() };
+        let mut fans: Vec<Fan> = Vec::new();
+        let triangles = &mut obj.mesh.triangles;
+        triangles.reserve_exact(self.corners.len().saturating_sub(2 * self.faces.len()));
+        let mut start = 0;
+        for (_, end) in &self.faces {
+            let corners = &self.corners[start..*end];
+            let mut number = |corner: &Corner| {
+                let [v, uv, n] = *corner;
+                table.number([v, if has_uvs { uv } else { NONE }, n])
+            };
+            let first = number(&corners[0]);
+            let mut last = number(&corners[1]);
+            if corners.len() > 3 {
+                fans.push(Fan { start: triangles.len(), triangles: corners.len() - 2 });
+            }
+            for corner in &corners[2..] {
+                let v = number(corner);
+                triangles.push([first, last, v]);
+                last = v;
+            }
+            start = *end;
+        }
+        can_be_numbered(table.corners.len() as u64, "vertices")?;
+        can_be_numbered(triangles.len() as u64, "triangles")?;
+        let mesh = &mut obj.mesh;
+        mesh.positions = table.corners.iter().map(|c| self.positions[c[0] as usize]).collect();
+        if has_uvs {
+            mesh.uvs = table.corners.iter().map(|c| self.uvs[c[1] as usize]).collect();
+        }
+        if has_normals {
+            let normal = |c: &Corner| self.normals.get(c[2] as usize).copied().unwrap_or_default();
+            mesh.normals = table.corners.iter().map(normal).collect();
+        }
+        obj.crossing_faces = fill_polygons(mesh, &fans);
+        fill_normals(mesh);
+        if obj.mesh.triangles.is_empty() { Err("it holds no triangle".into()) } else { Ok(obj) }
+    }
+
+    /// Whether what the faces use is there, and is numbers.
+    fn check(&self) -> Result<(), String> {
+        let mut start = 0;
+        for (line, end) in &self.faces {
+            for [v, uv, n] in &self.corners[start..*end] {
+                let in_line = |fault: String| Err(format!("line {line}: {fault}"));
+                match self.positions.get(*v as usize) {
+                    None => return in_line(missing(0, i64::from(*v) + 1)),
+                    Some(p) if !p.is_finite() => {
+                        return in_line(format!(
+                            "a face uses vertex {}, which has a coordinate that is not a finite number",
+                            v + 1
+                        ));
                     }
-                    return;
+                    Some(_) => {}
                 }
-                _ => {}
+                match self.uvs.get(*uv as usize) {
+                    None if *uv != NONE => return in_line(missing(1, i64::from(*uv) + 1)),
+                    Some(c) if !c.iter().all(|x| x.is_finite()) => {
+                        return in_line("a texture coordinate is not a finite number of single precision".into());
+                    }
+                    _ => {}
+                }
+                if *n != NONE && *n as usize >= self.normals.len() {
+                    return in_line(missing(2, i64::from(*n) + 1));
+                }
             }
+            start = *end;
         }
+        Ok(())
     }
 }
 
-impl BufRead for Lines<'_> {
-    fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.at == self.line.len() && self.fault.is_none() {
-            self.advance();
-        }
-        Ok(&self.line[self.at..])
-    }
-
-    fn consume(&mut self, amount: usize) {
-        self.at += amount;
-    }
+/// That a face uses what is not there: a vertex, texture coordinates or a normal, by the number that the file has for it.
+#[cold]
+fn missing(kind: usize, number: i64) -> String {
+    let what = ["a vertex that does", "texture coordinates that do", "a normal that does"][kind];
+    format!("a face uses {what} not exist ({number})")
 }
 
-impl Read for Lines<'_> {
-    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        let read = self.fill_buf()?.read(into)?;
-        self.consume(read);
-        Ok(read)
+/// Numbers the different corners in the order in which they come.
+struct Corners {
+    /// For each vertex of the file, the last corner that has it.
+    first: Vec<u32>,
+    /// For each corner, another one with the same vertex.
+    next: Vec<u32>,
+    corners: Vec<Corner>,
+}
+
+impl Corners {
+    fn number(&mut self, corner: Corner) -> u32 {
+        let head = corner[0] as usize;
+        let mut i = self.first[head];
+        while i != NONE {
+            if self.corners[i as usize] == corner {
+                return i;
+            }
+            i = self.next[i as usize];
+        }
+        let new = self.corners.len() as u32;
+        self.corners.push(corner);
+        self.next.push(self.first[head]);
+        self.first[head] = new;
+        new
     }
 }

@@ -1,8 +1,9 @@
 //! `objmesh`: triangles from a Wavefront OBJ file.
 //!
-//! All faces of the file make one mesh, whatever groups and materials they are in: it has the material of the scene. Polygons become the
-//! fan of triangles around their first corner. Shading normals (`vn`) and texture coordinates (`vt`) are used if every corner has them. The
-//! outer side is as with `trianglemesh`. pbrt has no such shape; its parameters are those of `plymesh`.
+//! All faces of the file make one mesh, whatever groups and materials they are in: it has the material of the scene. Polygons may have any
+//! number of corners and need not be convex. A corner without a shading normal (`vn`), or with one that is no number, takes that of its
+//! face; texture coordinates (`vt`) are used if every corner has them. The outer side is as with `trianglemesh`. pbrt has no such shape;
+//! its parameters are those of `plymesh`.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
@@ -13,7 +14,7 @@
 //! Shape "objmesh" "string filename" "teapot.obj"
 //! ```
 
-use crate::mesh::to_world;
+use crate::mesh::{to_world, warn_of_crossing};
 use crate::obj;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::Shape;
@@ -38,5 +39,11 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
         let message = format!("the {what} of `{name}` are left out: some corners of faces have none");
         p.report(Diagnostic::warning("partial-attribute", message).at(span, ""));
     }
+    if read.materials > 0 {
+        let materials = if read.materials == 1 { "material" } else { "materials" };
+        let message = format!("`{name}` names {} {materials} (`usemtl`), which are not read", read.materials);
+        p.report(Diagnostic::warning("dropped-materials", message).at(span, "all of it has the material of the scene"));
+    }
+    warn_of_crossing(p, &name, read.crossing_faces);
     Some(Box::new(to_world(p, read.mesh)?))
 }

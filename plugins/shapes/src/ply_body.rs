@@ -207,7 +207,9 @@ impl Values for Ascii<'_, '_> {
         let word = self.word()?;
         let text = std::str::from_utf8(word).unwrap_or_default();
         let value = if ty == Type::F32 { text.parse::<f32>().map(f64::from) } else { text.parse() };
-        value.map_err(|_| format!("expected a number, found `{}`", shown(word)))
+        // What is no number has many spellings.
+        let value = value.ok().or_else(|| crate::obj_lines::number(word));
+        value.ok_or_else(|| format!("expected a number, found `{}`", shown(word)))
     }
 
     #[inline]

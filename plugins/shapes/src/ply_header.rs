@@ -2,6 +2,7 @@
 //!
 //! Source: G. Turk, "The PLY Polygon File Format", 1994; type words with sizes (`float32`) as in later files.
 
+use crate::obj_lines::{BYTE_ORDER_MARK, refuse_utf16};
 use crate::ply_input::Input;
 
 /// How the values after the header are written.
@@ -115,7 +116,11 @@ pub(crate) fn read(input: &mut Input) -> Result<Header, String> {
     if !input.fill(1)? {
         return Err("the file is empty".into());
     }
-    input.fill(4)?;
+    input.fill(7)?;
+    refuse_utf16(input.rest())?;
+    if input.rest().starts_with(BYTE_ORDER_MARK) {
+        input.consume(BYTE_ORDER_MARK.len());
+    }
     let eol = match input.rest() {
         [b'p', b'l', b'y', b'\n', ..] => b'\n',
         // Lines end with \r\n, or with \r alone as on old Macintoshes: what follows the first decides.

@@ -2,8 +2,9 @@
 //!
 //! Text and binary files of both byte orders, each also compressed with gzip, whatever they are called. Vertices have `x y z`
 //! and, if the file has them, shading normals `nx ny nz` and texture coordinates (`u v`, `s t`, `texture_u texture_v` or
-//! `texture_s texture_t`); faces have the list `vertex_indices` or `vertex_index`. A polygon becomes the fan of triangles
-//! around its first corner (quadrilaterals too: pbrt-v4 makes bilinear patches of them). Everything else in the file is
+//! `texture_s texture_t`); faces have the list `vertex_indices` or `vertex_index`. Polygons may have any number of corners and
+//! need not be convex; they become triangles (quadrilaterals too: pbrt-v4 makes bilinear patches of them). A normal that is no
+//! number is that of the faces around its vertex; a vertex that no face uses may be anything. Everything else in the file is
 //! stepped over. The outer side is as with `trianglemesh`.
 //!
 //! | parameter | type | default | meaning |
@@ -16,7 +17,7 @@
 //! Shape "plymesh" "string filename" "dragon_vrip.ply.gz"
 //! ```
 
-use crate::mesh::{can_be_numbered, to_world};
+use crate::mesh::{can_be_numbered, to_world, warn_of_crossing};
 use crate::ply;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::Shape;
@@ -44,6 +45,10 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
     if ply.dropped_faces > 0 {
         let message = format!("faces of fewer than 3 corners are left out of `{name}`: {}", ply.dropped_faces);
         p.report(Diagnostic::warning("dropped-faces", message).at(span, ""));
+    }
+    warn_of_crossing(p, &name, ply.crossing_faces);
+    for what in &ply.unread {
+        p.report(Diagnostic::warning("unread-element", format!("the {what} of `{name}` are not read")).at(span, ""));
     }
     if ply.goes_on {
         let message = format!("`{name}` goes on after the last element that its header announces");
