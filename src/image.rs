@@ -97,7 +97,7 @@ impl Picture {
         Ok(())
     }
 
-    /// Reads the first layer of an EXR file.
+    /// Reads an EXR file as pictures for textures and skies are read: with all channels of the part that holds the colours.
     ///
     /// # Errors
     /// If there is no such file or it is not a flat EXR picture.
@@ -105,32 +105,11 @@ impl Picture {
         if path.is_dir() {
             bail!("cannot read `{}`: it is a directory", path.display());
         }
-        use exrs::{ReadChannels, ReadLayers};
-        let image = exrs::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_file(path)
-            .with_context(|| format!("cannot read `{}` as an EXR picture", path.display()))?;
-        let layer = &image.layer_data;
-        let channels = &layer.channel_data.list;
-        let pixels = layer.size.0 * layer.size.1;
-        let mut data = vec![0.0; pixels * channels.len()];
-        for (c, channel) in channels.iter().enumerate() {
-            for (i, value) in channel.sample_data.values_as_f32().enumerate().take(pixels) {
-                data[i * channels.len() + c] = value;
-            }
-        }
-        let (window, position) = (image.attributes.display_window, layer.attributes.layer_position);
-        let offset = [position.0 - window.position.0, position.1 - window.position.1].map(|o| o.max(0) as usize);
-        Ok(Self {
-            size: [layer.size.0, layer.size.1],
-            frame: Frame { offset, size: [window.size.0, window.size.1] },
-            channels: channels.iter().map(|c| c.name.to_string()).collect(),
-            data,
-        })
+        let shown = || format!("cannot read `{}` as an EXR picture", path.display());
+        let bytes = std::fs::read(path).with_context(shown)?;
+        let read = bhs_textures::decode::exr::read_all(&bytes).map_err(anyhow::Error::msg).with_context(shown)?;
+        let offset = read.offset.map(|o| o.max(0) as usize);
+        Ok(Self { size: read.size, frame: Frame { offset, size: read.frame }, channels: read.names, data: read.values })
     }
 
     /// Writes the picture as 8-bit PNG; `display` turns the channels of a pixel into sRGB between 0 and 1.

@@ -20,11 +20,22 @@ pub struct Image {
     pub height: u32,
     /// The colours.
     pub texels: Texels,
+    /// What whoever reads the picture should be told of it, such as which of several layers it is; in words that can follow
+    /// "`file`: ".
+    pub notes: Vec<String>,
+    /// That the file says its encoded values are not sRGB, which is not followed; of no interest where the scene says how they are
+    /// encoded.
+    pub encoding_note: Option<String>,
 }
 
 impl Image {
     /// A picture of one texel.
     pub fn of_one_texel(rgb: [f32; 3]) -> Self {
-        Self { width: 1, height: 1, texels: Texels::Floats(vec![rgb]) }
+        Self::new([1, 1], Texels::Floats(vec![rgb]))
+    }
+
+    /// A picture of the given width and height of which there is nothing to be told.
+    pub fn new(size: [u32; 2], texels: Texels) -> Self {
+        Self { width: size[0], height: size[1], texels, notes: Vec::new(), encoding_note: None }
     }
 }

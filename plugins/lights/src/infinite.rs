@@ -67,22 +67,18 @@ fn read(p: &Params, filename: String) -> Option<SkyMap> {
             return None;
         }
     };
-    let mut pixels: Vec<[f32; 3]> = match &image.texels {
-        Texels::Bytes(t) => t.iter().map(|c| c.map(|v| srgb_decode(f32::from(v) / 255.0))).collect(),
-        Texels::Words(t) => t.iter().map(|c| c.map(|v| srgb_decode(f32::from(v) / 65_535.0))).collect(),
-        Texels::Floats(t) => t.clone(),
+    for note in image.notes.iter().chain(&image.encoding_note) {
+        p.report(Diagnostic::warning("picture", format!("`{}`: {note}", path.value)).at(span, ""));
+    }
+    let negative = match &image.texels {
+        Texels::Floats(t) => t.as_flattened().iter().filter(|v| **v < 0.0).count(),
+        _ => 0,
     };
-    let negative = pixels.iter_mut().flatten().filter(|v| **v < 0.0).map(|v| *v = 0.0).count();
     if negative > 0 {
         let message = format!("`{}` is taken as 0 where it is negative: {negative} values", path.value);
         p.report(Diagnostic::warning("negative-light", message).at(span, "light cannot be negative"));
     }
-    Some(SkyMap::new([image.width as usize, image.height as usize], pixels))
-}
-
-/// The linear value of one encoded in sRGB, 0 to 1 (IEC 61966-2-1).
-fn srgb_decode(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    Some(SkyMap::new(image))
 }
 
 /// Turns directions of the chart into those of the picture: a rotation, mirrored or not.

@@ -3,20 +3,28 @@
 //! The picture is equirectangular, in a space of its own whose z axis points up: its top row is +z, its left edge +x, and it goes on
 //! towards +y. Pixels are patches of one radiance each, so that the density can be proportional to the radiance everywhere.
 
+use bhs_core::image::{Image, Texels};
 use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Pixels of a row that share an entry of the table of columns: it takes a quarter of a byte a pixel, and a drawing or a density adds up
+/// the luminances of as many.
+const BLOCK: usize = 16;
 
 /// A sky. Directions are unit vectors of its own space.
 pub struct SkyMap {
     /// Width and height (pixels).
     size: [usize; 2],
-    /// Linear sRGB, row by row from the top.
-    pixels: Vec<[f32; 3]>,
+    /// The picture as it was read: a large one is kept once only.
+    image: Arc<Image>,
+    /// The light of each value of a byte or of a word; empty for a picture of light.
+    light: Vec<f32>,
     /// Choice of a row: by its luminance times its solid angle.
     rows: Discrete,
-    /// For each row, the share of its pixels up to and including each one.
-    columns: Vec<f32>,
+    /// For each row, the share of its pixels up to and including those of each block.
+    blocks: Vec<f32>,
 }
 
 /// Luminance of a linear sRGB colour.
@@ -24,29 +32,67 @@ fn luminance([r, g, b]: [f32; 3]) -> f64 {
     0.212_671 * f64::from(r) + 0.715_160 * f64::from(g) + 0.072_169 * f64::from(b)
 }
 
+/// The linear value of one encoded in sRGB, 0 to 1 (IEC 61966-2-1).
+fn srgb_decode(encoded: f32) -> f32 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
 impl SkyMap {
-    /// The sky of a picture of the given width and height (pixels) in linear sRGB, row by row from the top; all values are finite and
-    /// not negative.
-    pub fn new(size: [usize; 2], pixels: Vec<[f32; 3]>) -> Self {
-        let [width, height] = size;
-        let mut columns = Vec::with_capacity(width * height);
+    /// The sky of a picture, encoded in sRGB if it has bytes or words; all its values are finite, and negative ones count as 0.
+    pub fn new(image: Arc<Image>) -> Self {
+        let [width, height] = [image.width as usize, image.height as usize];
+        let values = match &image.texels {
+            Texels::Bytes(_) => 1 << 8,
+            Texels::Words(_) => 1 << 16,
+            Texels::Floats(_) => 0,
+        };
+        let light = (0..values).map(|i| srgb_decode(i as f32 / (values - 1) as f32)).collect();
+        let mut map = Self { size: [width, height], image, light, rows: Discrete::new(Vec::new()), blocks: Vec::new() };
+        let mut blocks = Vec::with_capacity(width.div_ceil(BLOCK) * height);
         let mut rows = Vec::with_capacity(height);
-        for (y, row) in pixels.chunks_exact(width).enumerate() {
-            let total: f64 = row.iter().copied().map(luminance).sum();
+        let mut totals = Vec::with_capacity(width.div_ceil(BLOCK));
+        for y in 0..height {
+            totals.clear();
+            totals.extend((0..width).step_by(BLOCK).map(|x| map.block_total(x, y)));
+            let total: f64 = totals.iter().sum();
             let mut sum = 0.0;
-            columns.extend(row.iter().map(|pixel| {
-                sum += luminance(*pixel);
+            blocks.extend(totals.iter().map(|t| {
+                sum += t;
                 if total > 0.0 { (sum / total) as f32 } else { 0.0 }
             }));
             rows.push(total * row_solid_angle(y, height) / width as f64);
         }
-        Self { size, pixels, rows: Discrete::new(rows), columns }
+        map.rows = Discrete::new(rows);
+        map.blocks = blocks;
+        map
+    }
+
+    /// The colour of a pixel, by column and row.
+    #[inline]
+    fn texel(&self, x: usize, y: usize) -> [f32; 3] {
+        let i = y * self.size[0] + x;
+        match &self.image.texels {
+            Texels::Bytes(t) => t[i].map(|v| self.light[usize::from(v)]),
+            Texels::Words(t) => t[i].map(|v| self.light[usize::from(v)]),
+            Texels::Floats(t) => t[i].map(|v| v.max(0.0)),
+        }
+    }
+
+    /// The pixels of a row that share a block with column `x`.
+    fn block(&self, x: usize) -> std::ops::Range<usize> {
+        let first = x - x % BLOCK;
+        first..(first + BLOCK).min(self.size[0])
+    }
+
+    /// The luminance of a block.
+    fn block_total(&self, x: usize, y: usize) -> f64 {
+        self.block(x).map(|x| luminance(self.texel(x, y))).sum()
     }
 
     /// The colour in a direction.
     pub fn colour(&self, direction: DVec3) -> [f32; 3] {
         let [x, y] = self.pixel(direction);
-        self.pixels[y * self.size[0] + x]
+        self.texel(x, y)
     }
 
     /// The greatest value of red, green or blue.
@@ -62,27 +108,43 @@ impl SkyMap {
     /// What falls on a horizontal surface from above: the integral of luminance times cosine over the upper half.
     pub fn illuminance(&self) -> f64 {
         let [width, height] = self.size;
-        let rows = self.pixels.chunks_exact(width).enumerate();
-        rows.map(|(y, row)| {
+        let row = |y| {
             // The integral of sin cos over what part of the row lies above the horizon.
             let [top, bottom] = [y, y + 1].map(|y| (y as f64 / height as f64 * PI).min(PI / 2.0).sin());
-            let mean = row.iter().copied().map(luminance).sum::<f64>() / width as f64;
+            let mean = (0..width).map(|x| luminance(self.texel(x, y))).sum::<f64>() / width as f64;
             mean * PI * (bottom * bottom - top * top)
-        })
-        .sum()
+        };
+        (0..height).map(row).sum()
     }
 
     /// A direction and its density per solid angle. `None` if all is black.
     pub fn sample(&self, u: Vec2) -> Option<(DVec3, f64)> {
         let [width, height] = self.size;
         let (y, v) = self.rows.sample(u.y)?;
-        let row = &self.columns[y * width..][..width];
-        let x = row.partition_point(|c| *c <= u.x).min(width - 1);
-        let (before, share) = self.column_share(x, y);
+        let n = width.div_ceil(BLOCK);
+        let block = self.blocks[y * n..][..n].partition_point(|c| *c <= u.x).min(n - 1);
+        let (before, share) = self.block_share(block, y);
         if share <= 0.0 {
             return None;
         }
-        let within = ((u.x - before) / share).clamp(0.0, ONE_MINUS_EPSILON);
+        // The part of the block's luminance that lies before the point, and the pixel in which it ends.
+        let mut rest = f64::from((u.x - before) / share) * self.block_total(block * BLOCK, y);
+        let (mut x, mut own) = (0, 0.0);
+        for column in self.block(block * BLOCK) {
+            let l = luminance(self.texel(column, y));
+            // Black pixels are never drawn, whatever roundings do.
+            if l > 0.0 {
+                rest -= own;
+                (x, own) = (column, l);
+                if rest < own {
+                    break;
+                }
+            }
+        }
+        if own <= 0.0 {
+            return None;
+        }
+        let within = ((rest / own) as f32).clamp(0.0, ONE_MINUS_EPSILON);
         // Evenly over the solid angle of the pixel.
         let [top, bottom] = row_cosines(y, height);
         let z = top + (bottom - top) * f64::from(v);
@@ -102,15 +164,19 @@ impl SkyMap {
     /// The density within a pixel.
     fn density(&self, x: usize, y: usize) -> f64 {
         let [width, height] = self.size;
-        let share = self.rows.probability(y) * f64::from(self.column_share(x, y).1);
-        share * width as f64 / row_solid_angle(y, height)
+        let total = self.block_total(x, y);
+        if total <= 0.0 {
+            return 0.0;
+        }
+        let share = f64::from(self.block_share(x / BLOCK, y).1) * luminance(self.texel(x, y)) / total;
+        self.rows.probability(y) * share * width as f64 / row_solid_angle(y, height)
     }
 
-    /// The share of its row that lies before a pixel, and its own: as drawn, roundings included.
-    fn column_share(&self, x: usize, y: usize) -> (f32, f32) {
-        let row = &self.columns[y * self.size[0]..];
-        let before = if x == 0 { 0.0 } else { row[x - 1] };
-        (before, row[x] - before)
+    /// The share of its row that lies before a block, and its own: as drawn, roundings included.
+    fn block_share(&self, block: usize, y: usize) -> (f32, f32) {
+        let row = &self.blocks[y * self.size[0].div_ceil(BLOCK)..];
+        let before = if block == 0 { 0.0 } else { row[block - 1] };
+        (before, row[block] - before)
     }
 
     fn pixel(&self, direction: DVec3) -> [usize; 2] {
@@ -146,7 +212,11 @@ mod tests {
             1 => [20.0, 10.0, 5.0],
             k => [0.1 * k as f32, 0.2, 0.05 * k as f32],
         };
-        SkyMap::new(size, (0..size[0] * size[1]).map(pixel).collect())
+        map(size, (0..size[0] * size[1]).map(pixel).collect())
+    }
+
+    fn map(size: [usize; 2], pixels: Vec<[f32; 3]>) -> SkyMap {
+        SkyMap::new(Arc::new(Image::new(size.map(|s| s as u32), Texels::Floats(pixels))))
     }
 
     fn number(i: u64) -> f32 {
@@ -156,7 +226,8 @@ mod tests {
     #[test]
     fn directions_are_drawn_with_the_density_that_is_said() {
         // Chi-square over cells that are no multiple of the pixels; expected counts from what they have in common.
-        let (width, height) = (13, 7);
+        // Rows of two blocks and a half.
+        let (width, height) = (37, 7);
         let map = sky([width, height]);
         let (across, down, n) = (10, 8, 400_000);
         let common = |a: [f64; 2], b: [f64; 2]| (a[1].min(b[1]) - a[0].max(b[0])).max(0.0);
@@ -164,10 +235,10 @@ mod tests {
         let heights = |i: usize, n: usize| span(i, n).map(|v| -(PI * v).cos());
         let mut expected = vec![0.0; across * down];
         for (i, cell) in expected.iter_mut().enumerate() {
-            for (k, pixel) in map.pixels.iter().enumerate() {
+            for k in 0..width * height {
                 let phi = TAU * common(span(i % across, across), span(k % width, width));
                 let z = common(heights(i / across, down), heights(k / width, height));
-                *cell += luminance(*pixel) * phi * z / map.total();
+                *cell += luminance(map.texel(k % width, k / width)) * phi * z / map.total();
             }
         }
         let total: f64 = expected.iter().sum();
@@ -215,11 +286,11 @@ mod tests {
     #[test]
     fn the_top_row_is_up_and_the_left_edge_is_x() {
         let pixels = (0..8).map(|i| [i as f32, 0.0, 0.0]).collect();
-        let map = SkyMap::new([4, 2], pixels);
+        let map = map([4, 2], pixels);
         let at = |x: f64, y: f64, z: f64| map.colour(DVec3::new(x, y, z).normalize())[0];
         assert_eq!([at(1.0, 0.1, 0.1), at(-0.1, 1.0, 0.1), at(-1.0, -0.1, 0.1), at(0.1, -1.0, 0.1)], [0.0, 1.0, 2.0, 3.0]);
         assert_eq!([at(1.0, 0.1, -0.1), at(0.1, -1.0, -0.1)], [4.0, 7.0]);
-        let black = SkyMap::new([2, 2], vec![[0.0; 3]; 4]);
+        let black = self::map([2, 2], vec![[0.0; 3]; 4]);
         assert_eq!((black.sample(Vec2::splat(0.5)), black.pdf(DVec3::X)), (None, 0.0));
     }
 }

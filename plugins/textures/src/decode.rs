@@ -1,94 +1,70 @@
-//! Files of pictures to texels: PNG, JPEG, HDR (RGBE) and OpenEXR, told apart by their first bytes.
+//! Files of pictures to texels: PNG, JPEG, HDR (RGBE, XYZE) and OpenEXR, told apart by their first bytes.
 //!
-//! Grey pictures get three equal channels; what is transparent counts as opaque.
+//! Grey pictures get three equal channels; what is transparent counts as opaque. Pictures with their own primaries become linear sRGB
+//! (OpenEXR, HDR), or a note says that they are taken for sRGB (PNG, JPEG). Memory goes to the picture itself and a few of its rows,
+//! and only after the file has been found large enough to hold what its header says.
 
-use bhs_core::image::{Image, Texels};
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
-use std::io::Cursor;
+use bhs_core::image::Image;
+
+pub mod exr;
+mod exr_layer;
+mod hdr;
+mod primaries;
+mod raster;
 
 /// Greatest width and height.
-const MAX_SIDE: u32 = 1 << 16;
+const MAX_SIDE: usize = 1 << 16;
 /// Most texels.
-const MAX_TEXELS: u64 = 1 << 28;
-/// More texels than a byte of an EXR file can stand for: deflate makes no more than 1032 bytes of one, and a texel has two at least.
-const TEXELS_A_BYTE: u64 = 1024;
+const MAX_TEXELS: usize = 1 << 28;
+/// Largest number of a half, which stands for what is infinite in a file: mostly what was too bright for a half.
+const BRIGHTEST: f32 = 65504.0;
 
 /// The picture that the bytes of a file hold.
 ///
 /// # Errors
 /// What is wrong with it, in words that can follow "cannot read `file`: ".
 pub fn decode(bytes: &[u8]) -> Result<Image, String> {
-    const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-    if bytes.starts_with(&EXR_MAGIC) {
-        return decode_exr(bytes);
+    match bytes {
+        [0x76, 0x2f, 0x31, 0x01, ..] => exr::decode(bytes),
+        [0x89, b'P', b'N', b'G', ..] => raster::decode_png(bytes),
+        [0xff, 0xd8, 0xff, ..] => raster::decode_jpeg(bytes),
+        [b'#', b'?', ..] => hdr::decode(bytes),
+        [] => Err("it is empty".into()),
+        _ => Err("it is no PNG, JPEG, HDR or EXR picture".into()),
     }
-    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| format!("it is no picture: {e}"))?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Hdr)) {
-        return Err("it is no PNG, JPEG, HDR or EXR picture".into());
-    }
-    let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    limits.max_alloc = Some(MAX_TEXELS * 4);
-    reader.limits(limits);
-    let picture = reader.decode().map_err(|e| e.to_string())?;
-    let (width, height) = (picture.width(), picture.height());
-    let texels = match picture {
-        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-            Texels::Floats(picture.into_rgb32f().pixels().map(|p| p.0.map(|c| if c.is_finite() { c } else { 0.0 })).collect())
-        }
-        DynamicImage::ImageLuma16(_)
-        | DynamicImage::ImageLumaA16(_)
-        | DynamicImage::ImageRgb16(_)
-        | DynamicImage::ImageRgba16(_) => Texels::Words(picture.into_rgb16().pixels().map(|p| p.0).collect()),
-        _ => Texels::Bytes(picture.into_rgb8().pixels().map(|p| p.0).collect()),
-    };
+}
+
+/// Whether a picture of this width and height is neither empty nor too large, and whether `bytes` bytes can hold it, of which each can
+/// stand for `texels_a_byte` texels at most.
+fn check_size([width, height]: [usize; 2], bytes: usize, texels_a_byte: usize) -> Result<(), String> {
     if width == 0 || height == 0 {
         return Err("it has no texels".into());
     }
-    Ok(Image { width, height, texels })
+    if width > MAX_SIDE || height > MAX_SIDE {
+        return Err(format!("it is too large: {width} x {height}, at most {MAX_SIDE} a side"));
+    }
+    // Neither product overflows: both sides are small.
+    if width * height > MAX_TEXELS {
+        return Err(format!("it is too large: {width} x {height}, at most {MAX_TEXELS} texels"));
+    }
+    if width * height > bytes.saturating_mul(texels_a_byte) {
+        return Err(format!("it is damaged: {bytes} bytes cannot hold {width} x {height} texels"));
+    }
+    Ok(())
 }
 
-fn decode_exr(bytes: &[u8]) -> Result<Image, String> {
-    use exr::prelude::{AnyChannel, FlatSamples, MetaData, ReadChannels, ReadLayers, read};
-    // The size that the file claims is looked at before anything is made of it.
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
-    for header in &meta.headers {
-        let (w, h) = (header.layer_size.width(), header.layer_size.height());
-        if (w as u64).saturating_mul(h as u64) > MAX_TEXELS {
-            return Err(format!("it is too large: {w} x {h}, at most {MAX_TEXELS} texels"));
-        }
-        if w as u64 * h as u64 > TEXELS_A_BYTE * bytes.len() as u64 {
-            return Err(format!("it is damaged: {} bytes cannot hold {w} x {h} texels", bytes.len()));
-        }
-    }
-    let picture = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|e| e.to_string())?;
-    let layer = picture.layer_data;
-    let (width, height) = (layer.size.width(), layer.size.height());
-    let channel = |name: &str| {
-        // Channels of a named layer are called `layer.R`.
-        let is_it = |c: &&AnyChannel<FlatSamples>| c.name.to_string().rsplit('.').next().is_some_and(|n| n == name);
-        layer.channel_data.list.iter().find(is_it).map(|c| c.sample_data.values_as_f32().collect::<Vec<f32>>())
-    };
-    let channels = match (channel("R"), channel("G"), channel("B")) {
-        (Some(r), Some(g), Some(b)) => [r, g, b],
-        _ => match channel("Y") {
-            Some(y) => [y.clone(), y.clone(), y],
-            None => return Err("it has no channels R, G and B, and no Y".into()),
-        },
-    };
-    let count = width * height;
-    if count == 0 || channels.iter().any(|c| c.len() != count) {
-        return Err("its channels have different sizes".into());
-    }
-    // What is not a number is no light.
-    let texel = |i| [0, 1, 2].map(|c: usize| Some(channels[c][i]).filter(|v: &f32| v.is_finite()).unwrap_or(0.0));
-    Ok(Image { width: width as u32, height: height as u32, texels: Texels::Floats((0..count).map(texel).collect()) })
+/// Room for a picture.
+fn texels<T: Copy + Default>([width, height]: [usize; 2]) -> Result<Vec<T>, String> {
+    let mut texels = Vec::new();
+    reserve(&mut texels, [width, height])?;
+    texels.resize(width * height, T::default());
+    Ok(texels)
+}
+
+/// Makes room for a whole picture in an empty list.
+fn reserve<T>(list: &mut Vec<T>, [width, height]: [usize; 2]) -> Result<(), String> {
+    list.try_reserve_exact(width * height).map_err(|_| {
+        let megabytes = (width * height * size_of::<T>()).div_ceil(1_000_000);
+        format!("{width} x {height} texels take {megabytes} MB, more memory than there is")
+    })
 }

@@ -99,6 +99,14 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
             Arc::new(Image::of_one_texel([0.0; 3]))
         }
     };
+    let about = image.notes.iter().map(|note| (note, None));
+    // Who says how the numbers mean light knows better than the file.
+    let encoding_note = image.encoding_note.iter().filter(|_| !p.is_given("encoding"));
+    let help = "its numbers are taken for sRGB; `\"string encoding\"` says otherwise, and makes no words of it";
+    for (note, help) in about.chain(encoding_note.map(|note| (note, Some(help)))) {
+        let warning = Diagnostic::warning("picture", format!("`{}`: {note}", path.value)).at(path.span, "");
+        p.report(if let Some(help) = help { warning.help(help) } else { warning });
+    }
     let role = match p.context().named.kind() {
         TextureKind::Spectrum(role) => role,
         TextureKind::Float => SpectrumRole::Unbounded,
