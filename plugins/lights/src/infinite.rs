@@ -68,7 +68,7 @@ fn read(p: &Params, filename: String) -> Option<SkyMap> {
         }
     };
     for note in image.notes.iter().chain(&image.encoding_note) {
-        p.report(Diagnostic::warning("picture", format!("`{}`: {note}", path.value)).at(span, ""));
+        p.report(Diagnostic::warning("picture-note", format!("`{}`: {note}", path.value)).at(span, ""));
     }
     let negative = match &image.texels {
         Texels::Floats(t) => t.as_flattened().iter().filter(|v| **v < 0.0).count(),

@@ -49,7 +49,7 @@ fn quadrilateral(q: [DVec3; 4]) -> Filled {
     let first = match least.map(|a| a > NO_AREA) {
         [true, true] if lengths[0] == lengths[1] => precedes(&[q[0].min_of(q[2]), q[1].min_of(q[3])]) == 0,
         [true, true] => lengths[0] < lengths[1],
-        [false, false] => precedes(&q) % 2 == 0,
+        [false, false] => precedes(&q).is_multiple_of(2),
         [first, _] => first,
     };
     // Three corners in a line leave a triangle without area: no crossing.

@@ -102,9 +102,9 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     let about = image.notes.iter().map(|note| (note, None));
     // Who says how the numbers mean light knows better than the file.
     let encoding_note = image.encoding_note.iter().filter(|_| !p.is_given("encoding"));
-    let help = "its numbers are taken for sRGB; `\"string encoding\"` says otherwise, and makes no words of it";
+    let help = "its numbers are read as sRGB; give `encoding`: \"linear\", \"gamma 2.2\", or \"sRGB\" if that is right";
     for (note, help) in about.chain(encoding_note.map(|note| (note, Some(help)))) {
-        let warning = Diagnostic::warning("picture", format!("`{}`: {note}", path.value)).at(path.span, "");
+        let warning = Diagnostic::warning("picture-note", format!("`{}`: {note}", path.value)).at(path.span, "");
         p.report(if let Some(help) = help { warning.help(help) } else { warning });
     }
     let role = match p.context().named.kind() {

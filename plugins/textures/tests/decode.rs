@@ -111,13 +111,13 @@ fn sizes_have_limits() {
     // Wider than a picture may be, and small all the same.
     let wide: DynamicImage = ImageBuffer::from_fn(65_537, 1, |_, _| Luma([0u8])).into();
     let error = decode(&written(&wide, ImageFormat::Png)).expect_err("too wide");
-    assert!(error.contains("exceeds limit"), "{error}");
+    assert_eq!(error, "it is too large: 65537 x 1, at most 65536 a side");
     // An EXR file that claims to be larger than it is.
     let mut exr = exr_bytes();
     let window = b"dataWindow\0box2i\0";
     let at = exr.windows(window.len()).position(|w| w == window).expect("it has one") + window.len() + 4;
     exr[at..at + 16].copy_from_slice([0i32, 0, 99_999, 99_999].map(i32::to_le_bytes).as_flattened());
-    assert_eq!(decode(&exr).expect_err("too large"), "it is too large: 100000 x 100000, at most 268435456 texels");
+    assert_eq!(decode(&exr).expect_err("too large"), "it is too large: 100000 x 100000, at most 65536 a side");
     exr[at..at + 16].copy_from_slice([0i32, 0, 9_999, 9_999].map(i32::to_le_bytes).as_flattened());
     let error = decode(&exr).expect_err("more than it holds");
     assert_eq!(error, format!("it is damaged: {} bytes cannot hold 10000 x 10000 texels", exr.len()));

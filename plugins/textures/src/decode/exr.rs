@@ -14,6 +14,7 @@ use exr::block::reader::Reader;
 use exr::block::{self, UncompressedBlock};
 use exr::compression::Compression;
 use exr::math::Vec2;
+use exr::meta::MetaData;
 use exr::meta::attribute::{Chromaticities, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::f16;
@@ -52,7 +53,7 @@ pub fn read_all(bytes: &[u8]) -> Result<Channels, String> {
     let parts = flat_parts(reader.headers())?;
     let part = choose(&parts).map_or(parts[0].index, |choice| choice.part);
     let header = &reader.headers()[part];
-    let size = check_header(header, bytes.len())?;
+    let size = [header.layer_size.width(), header.layer_size.height()];
     let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
     let count = names.len();
     if count == 0 || size[0] * size[1] > MAX_VALUES / count {
@@ -74,7 +75,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
     let reader = open(bytes)?;
     let Choice { part, colours, note } = choose(&flat_parts(reader.headers())?)?;
     let header = &reader.headers()[part];
-    let data_size = check_header(header, bytes.len())?;
+    let data_size = [header.layer_size.width(), header.layer_size.height()];
     let display = header.shared_attributes.display_window;
     let [width, height] = [display.size.0, display.size.1];
     check_size([width, height], usize::MAX, 1)?;
@@ -173,7 +174,12 @@ impl Odd {
     }
 }
 
+/// Reads the headers, once it is known that the file can hold what they say.
 fn open(bytes: &[u8]) -> Result<Reader<Cursor<&[u8]>>, String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| explain(&e))?;
+    for header in meta.headers.iter().filter(|h| !h.deep) {
+        check_header(header, bytes.len())?;
+    }
     block::read(Cursor::new(bytes), false).map_err(|e| explain(&e))
 }
 
@@ -207,8 +213,8 @@ fn flat_parts(headers: &[Header]) -> Result<Vec<Part>, String> {
     if parts.is_empty() { Err("it holds deep data, which are not read: save it flat".into()) } else { Ok(parts) }
 }
 
-/// Whether the file is large enough for what a header says; the size of the data window.
-fn check_header(header: &Header, bytes: usize) -> Result<[usize; 2], String> {
+/// Whether the file is large enough for what a header says.
+fn check_header(header: &Header, bytes: usize) -> Result<(), String> {
     let size = [header.layer_size.width(), header.layer_size.height()];
     // Bytes that one can stand for at most. Deflate: 1032 (zlib's technical details), PXR24 4/3 of that. Runs: 64. PIZ: about 500, by its
     // runs of 255 and more. B44A: 32/3. DWA: one byte of a run for 64 texels of a block, and that through deflate or PIZ's Huffman code.
@@ -222,13 +228,9 @@ fn check_header(header: &Header, bytes: usize) -> Result<[usize; 2], String> {
     let texel = header.channels.bytes_per_pixel.max(1);
     check_size(size, bytes.saturating_mul(ratio) / texel, 1).map_err(|why| {
         // In bytes of the file, not of what they stand for.
-        if why.contains("damaged") {
-            format!("it is damaged: {bytes} bytes cannot hold {} x {} texels", size[0], size[1])
-        } else {
-            why
-        }
-    })?;
-    Ok(size)
+        let cannot = format!("it is damaged: {bytes} bytes cannot hold {} x {} texels", size[0], size[1]);
+        if why.contains("damaged") { cannot } else { why }
+    })
 }
 
 /// Hands over the lines of some channels of a part: number in `channels`, column and row in the data window, values. All of them, else

@@ -140,10 +140,13 @@ mod tests {
         Part { index, name: name.into(), channels: channels.split(' ').map(str::to_owned).collect() }
     }
 
+    /// Parts with their channels; the part that is read, its channels, and what the note says.
+    type Case<'a> = (&'a [(&'a str, &'a str)], usize, Colours, &'a str);
+
     #[test]
     fn the_picture_is_found_among_layers_and_parts() {
-        // What programs write: parts with their channels; the part that is read, its first channel, and the layers that are named.
-        let table: &[(&[(&str, &str)], usize, Colours, &str)] = &[
+        // What programs write.
+        let table: &[Case] = &[
             (&[("", "B G R")], 0, Colours::Rgb([2, 1, 0]), ""),
             (&[("", "A Albedo.B Albedo.G Albedo.R B G R Z")], 0, Colours::Rgb([6, 5, 4]), ""),
             // Blender, one part and several.
