@@ -305,7 +305,9 @@ fn mutated_meshes() {
 #[test]
 fn mutated_obj_files() {
     let registry = Registry::builtin();
-    let examples = [common::read("grammar/examples/pyramid.obj").into_bytes()];
+    let others = "\u{feff}v -1 -1 0 # low\r\nv 1 -1 0 1 0 0\rv 1 0 0\nv 0 0 0\nv 0 1 0\nv -1 1 1.#QNAN\nv -1 1 0\nvt 0\nvn -nan(ind) 0 1\n\
+        f 2/1 3/1 4/1/1 \\\n5/1/1 7/1 1/1\n";
+    let examples = [common::read("grammar/examples/pyramid.obj").into_bytes(), others.as_bytes().to_vec()];
     mutated_files(&examples, |file| make::<dyn Shape>(&registry, file, "objmesh", ParamType::String, "filename"));
 }
 
@@ -362,6 +364,29 @@ fn mutated_pictures_in_scenes() {
         within_memory(bytes.len(), &bytes, || faulty += u64::from(!make(&bytes)));
     }
     assert!(faulty > times(PICTURES) / 10 && faulty < times(PICTURES), "{faulty}");
+}
+
+#[test]
+fn mutated_pictures_to_compare() {
+    let folder = "plugins/textures/tests/data";
+    let mut paths: Vec<_> =
+        std::fs::read_dir(folder).expect("the folder is there").map(|e| e.expect("readable").path()).collect();
+    paths.sort();
+    paths.retain(|p| p.extension().is_some_and(|e| e == "exr"));
+    let examples: Vec<Vec<u8>> = paths.iter().map(|p| std::fs::read(p).expect("it is read")).collect();
+    assert!(examples.len() > 20);
+    let mut faulty = 0;
+    for seed in 0..times(FILES) {
+        let mut random = Random(seed);
+        let bytes = &mut examples[random.below(examples.len())].clone();
+        mutate(&mut random, bytes, FILE_WORDS);
+        // As textures and skies read it, too.
+        within_memory(bytes.len(), &bytes, || {
+            faulty += u64::from(bhs_textures::decode::exr::read_all(bytes).is_err());
+            let _ = bhs_textures::decode::decode(bytes);
+        });
+    }
+    assert!(faulty > times(FILES) / 10 && faulty < times(FILES), "{faulty}");
 }
 
 /// One mesh in every way that a PLY file can be written.

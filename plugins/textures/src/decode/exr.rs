@@ -26,8 +26,9 @@ const MAX_VALUES: usize = 1 << 30;
 
 /// A display window may be so many times as large as the data window,
 const DISPLAY_OVER_DATA: usize = 16;
-/// or have so many texels a byte of the file: what a small crop leaves black costs memory that the file does not pay for.
-const DISPLAY_A_BYTE: usize = 1024;
+/// or have so many texels a byte of the file, or so many in all: what a small crop leaves black costs memory that the file does not pay for.
+const DISPLAY_A_BYTE: usize = 16;
+const DISPLAY_IN_ALL: usize = 1 << 18;
 
 /// All channels of the part of a file that is the picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +80,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
     let display = header.shared_attributes.display_window;
     let [width, height] = [display.size.0, display.size.1];
     check_size([width, height], usize::MAX, 1)?;
-    let justified = (DISPLAY_OVER_DATA * data_size[0] * data_size[1]).max(DISPLAY_A_BYTE * bytes.len());
+    let justified = (DISPLAY_OVER_DATA * data_size[0] * data_size[1]).max(DISPLAY_A_BYTE * bytes.len()).max(DISPLAY_IN_ALL);
     if width * height > justified {
         let [w, h] = data_size;
         return Err(format!("its display window, {width} x {height}, is too large for the {w} x {h} texels that it holds"));
@@ -267,6 +268,7 @@ fn read_blocks(
         if chunk.layer_index != part || !is_wanted {
             continue;
         }
+        check_dwa(header, &chunk.compressed_block)?;
         let block = UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(|e| explain(&e))?;
         let (Vec2(x, y), Vec2(w, h)) = (block.index.pixel_position, block.index.pixel_size);
         missing = missing.saturating_sub(w * h);
@@ -284,6 +286,31 @@ fn read_blocks(
         }
     }
     if missing > 0 { Err(format!("it is damaged: {missing} of its texels are not there")) } else { Ok(()) }
+}
+
+/// Refuses a block compressed with DWA that announces more than it can unpack to: the crate takes its word and asks for the memory.
+fn check_dwa(header: &Header, block: &CompressedBlock) -> Result<(), String> {
+    let (Compression::DWAA(_) | Compression::DWAB(_)) = header.compression else { return Ok(()) };
+    let data = match block {
+        CompressedBlock::ScanLine(b) => &b.compressed_pixels_le,
+        CompressedBlock::Tile(b) => &b.compressed_pixels_le,
+        _ => return Ok(()),
+    };
+    let place = header.get_block_data_indices(block).and_then(|i| header.get_absolute_block_pixel_coordinates(i));
+    let Vec2(w, h) = place.map_err(|e| explain(&e))?.size;
+    // What would not get smaller is stored as it is.
+    if data.len() == w * h * header.channels.bytes_per_pixel {
+        return Ok(());
+    }
+    // Whole blocks of 8 x 8, and what runs of bytes may add.
+    let most = 2 * (w + 8) * (h + 8) * header.channels.bytes_per_pixel + 1024;
+    // Eleven numbers stand first: version, then sizes and counts (OpenEXR, `internal_dwa_compressor.h`), counts of two bytes each.
+    let number = |i: usize| data.get(8 * i..).and_then(|d| d.first_chunk()).map_or(0, |b| u64::from_le_bytes(*b));
+    let sizes = [number(1), number(6), number(7), number(8).saturating_mul(2), number(9).saturating_mul(2)];
+    if sizes.iter().any(|size| *size > most as u64) {
+        return Err("it is damaged: a block announces more than it can hold".into());
+    }
+    Ok(())
 }
 
 /// The numbers of a line, in the byte order of the machine.
