@@ -97,7 +97,9 @@ impl SkyMap {
 
     /// The greatest value of red, green or blue.
     pub fn greatest(&self) -> f32 {
-        self.pixels.as_flattened().iter().copied().fold(0.0, f32::max)
+        let [width, height] = self.size;
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| self.texel(x, y)));
+        pixels.flatten().fold(0.0, f32::max)
     }
 
     /// The integral of the luminance over all directions.
