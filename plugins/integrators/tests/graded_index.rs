@@ -256,3 +256,24 @@ fn tolerances_are_kept() {
         }
     }
 }
+
+#[test]
+fn runge_kutta_is_of_order_four() {
+    let (holes, ellis) = (two_holes(), Ellis { center: DVec3::ZERO, throat: 1.0 });
+    for spacetime in [&holes as &dyn Spacetime, &ellis] {
+        let medium = medium(spacetime);
+        for d in [DVec3::new(-1.0, 0.6, 0.3), DVec3::new(-1.0, 0.02, 0.04)] {
+            let x = DVec3::new(5.0, 0.0, 0.5);
+            let exact = end_of(&medium, x, d, 1e-12);
+            let off = |share: f64| {
+                let mut paths = Paths::<f64>::new(&medium, x.into(), d.into(), 0, 1e-9, REACH).by_runge_kutta(share);
+                let (ends, far, _) = ends(&mut paths, |_, _| {});
+                let (End::Sky(a), End::Sky(b)) = (ends[0], exact.0) else { panic!("{ends:?} {exact:?}") };
+                assert_eq!(far == 1, exact.1);
+                (a - b).length()
+            };
+            let order = (off(0.05) / off(0.025)).log2();
+            assert!((order - 4.0).abs() < 0.7 && off(0.05) < 1e-4, "{d}: {order}, {:e}", off(0.05));
+        }
+    }
+}

@@ -1,8 +1,9 @@
 //! Rays of a refractive index: `x'' = grad(n^2)/2` with `|x'| = n`, of one ray and of eight with one code. Knows no surfaces.
 //!
 //! `nystroem` has the steps, `dense` makes curves of them, `path` chooses their lengths and passes throats, `escape` says where rays go that
-//! leave, `medium` is what they have to be told of the index.
+//! leave, `bundle` how they spread, `medium` is what they have to be told of the index.
 
+pub mod bundle;
 pub mod dense;
 mod escape;
 pub mod medium;

@@ -1,10 +1,10 @@
-//! Rays of a refractive index, step by step, with error control.
+//! Rays of a refractive index, step by step: with error control, or with steps of fixed size.
 
 use crate::arithmetic::root::root;
 use crate::graded_index::dense::{degree_5, degree_8};
 use crate::graded_index::escape;
 use crate::graded_index::medium::{Medium, Refracted};
-use crate::graded_index::nystroem::{State, step};
+use crate::graded_index::nystroem::{State, Step, rk4, step};
 use crate::tracing::arc::Arc;
 use crate::tracing::polynomial_arc::PolynomialArc;
 use bhs_core::real::{Mask, Vector};
@@ -23,13 +23,22 @@ pub struct Paths<'a, F: Refracted> {
     pub far_side: u32,
     /// Length of the next step.
     h: F,
-    /// Largest estimated error of a step over the distance from what is nearest, and that asked for.
-    error: f64,
+    size: Size,
+    /// Error asked for of the directions in which rays leave.
     tolerance: f64,
     /// Distance from the middle of the medium beyond which nothing is.
     limit: f64,
     /// Steps, attempts of them.
     pub counts: [u32; 2],
+}
+
+/// What decides how long steps are.
+#[derive(Clone, Copy, Debug)]
+enum Size {
+    /// The largest estimated error over the distance from what is nearest; steps are of order 8.
+    Error(f64),
+    /// The length over that distance; steps are of order 4.
+    Share(f64),
 }
 
 /// What a step has led to.
@@ -55,6 +64,9 @@ const SAFETY: f64 = 0.85;
 const LEAST_FACTOR: f64 = 0.2;
 const MOST_FACTOR: f64 = 4.0;
 
+/// Error of the directions (rad) in which rays leave that steps of fixed size have followed.
+const RUNGE_KUTTA_SKY: f64 = 1e-9;
+
 /// Attempts at one step.
 const ATTEMPTS: u32 = 40;
 
@@ -73,9 +85,16 @@ impl<'a, F: Refracted> Paths<'a, F> {
         let v = d.normalize() * n;
         let ninth = tolerance.powf(1.0 / 9.0);
         let limit = medium.far.max((reach.center - medium.center).length() + reach.radius);
-        let error = ERROR_FACTOR * tolerance;
         let h = medium.scale(x) * F::splat(ninth) / n;
-        Self { medium, state: State { x, v, a }, sigma: F::splat(0.0), far_side, h, error, tolerance, limit, counts: [0; 2] }
+        let size = Size::Error(ERROR_FACTOR * tolerance);
+        Self { medium, state: State { x, v, a }, sigma: F::splat(0.0), far_side, h, size, tolerance, limit, counts: [0; 2] }
+    }
+
+    /// The same rays, by the classic Runge-Kutta method with steps whose length is the share `step` of the distance from the nearest hole: of
+    /// about so many rad as seen from there.
+    #[must_use]
+    pub fn by_runge_kutta(self, step: f64) -> Self {
+        Self { size: Size::Share(step), tolerance: RUNGE_KUTTA_SKY, ..self }
     }
 
     /// Which of the rays leave for ever: beyond everything, outwards.
@@ -105,8 +124,10 @@ impl<'a, F: Refracted> Paths<'a, F> {
         let moving = which & !escaped;
         let start = self.state;
         let (taken, end, lost) = self.attempt(moving);
-        let force = |x| self.medium.at(x).1;
-        let c = degree_8(force, &start, &end, taken);
+        let c = match self.size {
+            Size::Error(_) => degree_8(|x| self.medium.at(x).1, &start, &end, taken),
+            Size::Share(_) => degree_5(&start, &end, taken),
+        };
         let mut advance = Advance {
             arc: PolynomialArc::new(c, self.sigma, taken),
             escaped,
@@ -127,7 +148,10 @@ impl<'a, F: Refracted> Paths<'a, F> {
         let c = F::splat;
         let medium = self.medium;
         let start = self.state;
-        let per_error = c(1.0 / self.error) / medium.scale(start.x);
+        let scale = medium.scale(start.x);
+        if let Size::Share(share) = self.size {
+            self.h = c(share) * scale / start.v.length();
+        }
         let (mut taken, mut end, mut h) = (c(0.0), start, self.h);
         let (mut todo, mut cut) = (moving, F::Mask::NONE);
         self.counts[0] += moving.bits().count_ones();
@@ -136,20 +160,22 @@ impl<'a, F: Refracted> Paths<'a, F> {
                 break;
             }
             self.counts[1] += todo.bits().count_ones();
-            let tried = step(|x| medium.at(x).1, &start, h);
-            let [in_x, in_v] = tried.error.map(Vector::length);
-            let share = in_x.max(in_v) * per_error;
-            let good = todo & share.le(c(1.0));
-            // (1/share)^(1/8), within bounds.
-            let factor = c(SAFETY) / share.max(c(1e-6)).sqrt().sqrt().sqrt();
-            let factor = F::select(factor.gt(c(LEAST_FACTOR)), factor.min(c(MOST_FACTOR)), c(LEAST_FACTOR));
+            let force = |x| medium.at(x).1;
+            let (to, good, factor) = match self.size {
+                Size::Error(error) => {
+                    let tried = step(force, &start, h);
+                    let (good, factor) = judge(&tried, c(1.0 / error) / scale);
+                    (tried.end, todo & good, factor)
+                }
+                Size::Share(_) => (rk4(force, &start, h), todo, c(1.0)),
+            };
             // A step that a break has cut short says nothing of the next.
             self.h = F::select(todo & !(cut & good), h * factor, self.h);
-            let broken = if medium.breaks.is_empty() { F::Mask::NONE } else { self.shorten(&tried.end, &mut h, good) };
+            let broken = if medium.breaks.is_empty() { F::Mask::NONE } else { self.shorten(&to, &mut h, good) };
             cut = cut | broken;
             let good = good & !broken;
             taken = F::select(good, h, taken);
-            end = tried.end.or(&end, good);
+            end = to.or(&end, good);
             todo = todo & !good;
             h = F::select(broken, h, self.h);
         }
@@ -177,19 +203,27 @@ impl<'a, F: Refracted> Paths<'a, F> {
         let arc = PolynomialArc::new(degree_5(&from, &to, h), 0.0, h);
         let center = Vector::from(self.medium.center);
         let radius = |s: f64| (arc.point(s) - center).length();
-        let outwards = (from.x - center).dot(from.v) > 0.0;
+        let rising = |s: f64| {
+            let (x, v) = arc.point_and_tangent(s);
+            (x - center).dot(v)
+        };
+        // Where it is looked at: some places in turn, and the nearest one if the ray comes in and goes out again.
+        let mut probes: Vec<f64> = (0..=PROBES).map(|k| h * f64::from(k) / f64::from(PROBES)).collect();
+        if let Some(k) = (1..probes.len()).find(|k| rising(probes[k - 1]) < 0.0 && rising(probes[*k]) > 0.0) {
+            probes.insert(k, root(rising, probes[k - 1], probes[k], true));
+        }
         let mut first = None;
         for b in &self.medium.breaks {
             let off = |s: f64| radius(s) - b;
-            let mut before = (0.0, off(0.0));
-            if before.1.abs() <= ON_BREAK * b {
-                before.1 = if outwards { ON_BREAK * b } else { -ON_BREAK * b };
+            let mut before = off(0.0);
+            if before.abs() <= ON_BREAK * b {
+                before = if rising(0.0) > 0.0 { ON_BREAK * b } else { -ON_BREAK * b };
             }
-            for k in 1..=PROBES {
-                let s = h * f64::from(k) / f64::from(PROBES);
-                let here = (s, off(s));
-                if here.1 * before.1 < 0.0 && !(k == PROBES && here.1.abs() <= ON_BREAK * b) {
-                    let at = root(off, before.0, here.0, before.1 < 0.0);
+            for pair in probes.windows(2) {
+                let here = off(pair[1]);
+                let lands = pair[1] == h && here.abs() <= ON_BREAK * b;
+                if here * before < 0.0 && !lands {
+                    let at = root(off, pair[0], pair[1], before < 0.0);
                     first = Some(first.map_or(at, |other: f64| other.min(at)));
                     break;
                 }
@@ -248,4 +282,15 @@ impl<'a, F: Refracted> Paths<'a, F> {
         }
         falling
     }
+}
+
+/// Whether the errors of a step, times `per_error`, are small enough, and what the length of the next should be multiplied by.
+#[inline(always)]
+fn judge<F: Refracted>(step: &Step<Vector<F>>, per_error: F) -> (F::Mask, F) {
+    let c = F::splat;
+    let [in_x, in_v] = step.error.map(Vector::length);
+    let share = in_x.max(in_v) * per_error;
+    // (1/share)^(1/8), within bounds.
+    let factor = c(SAFETY) / share.max(c(1e-6)).sqrt().sqrt().sqrt();
+    (share.le(c(1.0)), F::select(factor.gt(c(LEAST_FACTOR)), factor.min(c(MOST_FACTOR)), c(LEAST_FACTOR)))
 }
