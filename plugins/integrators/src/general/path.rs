@@ -72,8 +72,9 @@ impl<'a> Surroundings<'a> {
     pub fn start(&'a self, x: DVec3, d: DVec3, side: Side, tolerance: f64) -> Option<Paths<'a>> {
         let light = self.hamilton.start(x, d)?;
         let slope = self.hamilton.slope(light);
-        let h = tolerance.powf(0.125) * self.scale(light.x) / slope.x.length();
-        h.is_finite().then_some(Paths { surroundings: self, light, slope, lambda: 0.0, side, h, tolerance, counts: [0; 2] })
+        let share = tolerance.powf(0.125);
+        let usable = slope.x.length().is_finite();
+        usable.then_some(Paths { surroundings: self, light, slope, lambda: 0.0, side, share, tolerance, counts: [0; 2] })
     }
 
     fn scale(&self, x: Vector<f64>) -> f64 {
@@ -118,7 +119,8 @@ pub struct Paths<'a> {
     pub lambda: f64,
     /// The side on which it is.
     pub side: Side,
-    h: f64,
+    /// Length of the next step over the distance from what is nearest.
+    share: f64,
     tolerance: f64,
     /// Steps, attempts of them.
     pub counts: [u32; 2],
@@ -135,17 +137,18 @@ impl Paths<'_> {
         let hamilton = self.surroundings.hamilton;
         let f = |y| hamilton.slope(y);
         let scale = self.surroundings.scale(self.light.x);
+        let per_share = scale / self.slope.x.length();
         let tolerance = self.tolerance * self.blur();
         for _ in 0..ATTEMPTS {
             self.counts[1] += 1;
-            let h = self.h;
+            let h = self.share * per_share;
             let tried = step(f, self.light, self.slope, h);
             let p = self.light.p.length();
             let errors = tried.errors.map(|e| (e.x.length() / scale).max(e.p.length() / p));
-            let share = error(errors) / tolerance;
-            let factor = (0.85 * share.max(1e-8).powf(-0.125)).clamp(0.2, 5.0);
-            self.h = h * if factor.is_nan() { 0.2 } else { factor };
-            if share <= 1.0 {
+            let failure = error(errors) / tolerance;
+            let factor = (0.85 * failure.max(1e-8).powf(-0.125)).clamp(0.2, 5.0);
+            self.share *= if factor.is_nan() { 0.2 } else { factor };
+            if failure <= 1.0 {
                 let dense = tried.dense(f, h);
                 let mut c = [Vector::from(DVec3::ZERO); TERMS];
                 for (c, term) in c.iter_mut().zip(&dense) {

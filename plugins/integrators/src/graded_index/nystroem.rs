@@ -7,6 +7,9 @@
 use crate::arithmetic::space::Space;
 use bhs_core::real::Real;
 
+// Measured against Taylor series of 17 terms for two extremal holes (which tables do not have): those take as many steps at a tolerance of 1e-7 and
+// half as many at 1e-12, but 3.3 and 1.6 times the time.
+
 /// Position, velocity and acceleration.
 #[derive(Clone, Copy, Debug)]
 pub struct State<S> {

@@ -21,8 +21,8 @@ pub struct Paths<'a, F: Refracted> {
     pub sigma: F,
     /// Bits of those that are on the far side.
     pub far_side: u32,
-    /// Length of the next step.
-    h: F,
+    /// Length of the next step, as a share of the distance from what is nearest.
+    share: F,
     size: Size,
     /// Error asked for of the directions in which rays leave.
     tolerance: f64,
@@ -57,7 +57,7 @@ pub struct Advance<F: Refracted> {
 }
 
 /// How much larger than the error of a ray the estimated one of a step may be: it is that of a method of lower order. Measured.
-const ERROR_FACTOR: f64 = 300.0;
+const ERROR_FACTOR: f64 = 150.0;
 
 /// Share of the length that should do, and what an attempt may change that of the next by.
 const SAFETY: f64 = 0.85;
@@ -85,9 +85,9 @@ impl<'a, F: Refracted> Paths<'a, F> {
         let v = d.normalize() * n;
         let ninth = tolerance.powf(1.0 / 9.0);
         let limit = medium.far.max((reach.center - medium.center).length() + reach.radius);
-        let h = medium.scale(x) * F::splat(ninth) / n;
+        let share = F::splat(ninth);
         let size = Size::Error(ERROR_FACTOR * tolerance);
-        Self { medium, state: State { x, v, a }, sigma: F::splat(0.0), far_side, h, size, tolerance, limit, counts: [0; 2] }
+        Self { medium, state: State { x, v, a }, sigma: F::splat(0.0), far_side, share, size, tolerance, limit, counts: [0; 2] }
     }
 
     /// The same rays, by the classic Runge-Kutta method with steps whose length is the share `step` of the distance from the nearest hole: of
@@ -149,10 +149,11 @@ impl<'a, F: Refracted> Paths<'a, F> {
         let medium = self.medium;
         let start = self.state;
         let scale = medium.scale(start.x);
+        let per_share = scale / start.v.length();
         if let Size::Share(share) = self.size {
-            self.h = c(share) * scale / start.v.length();
+            self.share = c(share);
         }
-        let (mut taken, mut end, mut h) = (c(0.0), start, self.h);
+        let (mut taken, mut end, mut h) = (c(0.0), start, self.share * per_share);
         let (mut todo, mut cut) = (moving, F::Mask::NONE);
         self.counts[0] += moving.bits().count_ones();
         for _ in 0..ATTEMPTS {
@@ -170,14 +171,15 @@ impl<'a, F: Refracted> Paths<'a, F> {
                 Size::Share(_) => (rk4(force, &start, h), todo, c(1.0)),
             };
             // A step that a break has cut short says nothing of the next.
-            self.h = F::select(todo & !(cut & good), h * factor, self.h);
+            let next = h / per_share * factor;
+            self.share = F::select(todo & !(cut & good), next, self.share);
             let broken = if medium.breaks.is_empty() { F::Mask::NONE } else { self.shorten(&to, &mut h, good) };
             cut = cut | broken;
             let good = good & !broken;
             taken = F::select(good, h, taken);
             end = to.or(&end, good);
             todo = todo & !good;
-            h = F::select(broken, h, self.h);
+            h = F::select(broken, h, self.share * per_share);
         }
         (taken, end, todo)
     }
