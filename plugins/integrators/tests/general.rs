@@ -5,7 +5,7 @@
 #[path = "common/kerr.rs"]
 mod kerr;
 
-use bhs_core::spacetime::{Ball, Side, Spacetime};
+use bhs_core::spacetime::{Ball, Side, Spacetime, Spherical};
 use bhs_integrators::arithmetic::root::root;
 use bhs_integrators::general::hamilton::Light;
 use bhs_integrators::general::{Fate, Surroundings};
@@ -128,8 +128,14 @@ fn light_along_the_axis_of_a_spinning_hole_is_deflected_and_twisted_as_by_ellipt
 
 #[test]
 fn single_rays_around_a_spinning_hole_pass_where_they_should() {
-    let hole = Kerr(0.9);
-    let back = around(&hole, true, 20.0);
+    let round = Spherical { center: DVec3::ZERO, rs: 2.0, charge_squared: 0.0 };
+    pass_where_they_should(&Kerr(0.9));
+    pass_where_they_should(&bhs_spacetimes::Kerr::new(round, DVec3::Z, 0.9));
+}
+
+/// Rays around `hole` of mass 1 and spin 0.9 along z.
+fn pass_where_they_should(hole: &dyn Spacetime) {
+    let back = around(hole, true, 20.0);
     let x = DVec3::X * 12.0;
     let here = hole.at(bhs_core::spacetime::Place::near(x)).unwrap();
     // Local direction; y and z where x = -8; direction in the sky; L/E of the trace.
@@ -192,5 +198,22 @@ fn the_direction_of_time_matters() {
             assert!((y + 1.385403296393).abs() < 1e-10, "{y}");
             break;
         }
+    }
+}
+
+#[test]
+fn light_takes_its_time() {
+    // Along the radius of a hole without spin: r + rs ln(r - rs) is the time underway.
+    let hole = bhs_spacetimes::Round(Spherical { center: DVec3::ZERO, rs: 1.0, charge_squared: 0.0 });
+    let around = around(&hole, true, 30.0);
+    for (from, d) in [(2.0, DVec3::X), (20.0, -DVec3::X)] {
+        let mut path = around.start(DVec3::X * from, d, Side::Near, TOLERANCE).unwrap();
+        while path.light.x.x > 1.1 && path.light.x.x < 25.0 {
+            path.advance();
+            let tortoise = |r: f64| r + (r - 1.0).ln();
+            let (r, t) = (path.light.x.x, path.light.t);
+            assert!((t - (tortoise(r) - tortoise(from)).abs()).abs() < 1e-10, "{from} to {r}: {t}");
+        }
+        assert!(path.light.t > 5.0);
     }
 }

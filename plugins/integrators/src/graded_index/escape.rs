@@ -1,4 +1,4 @@
-//! Where rays of a refractive index go that leave for ever.
+//! Where rays of a refractive index go that leave for ever (`docs/physics.md`, section 6).
 //!
 //! With `x = center + n/u`, `|n| = 1`, and a parameter tau with `dsigma = dtau/u^2`, the ray has
 //!
