@@ -188,16 +188,19 @@ fn pairs(data: &[u8]) {
     drop(bhs::trace::connect(&traced().scene, data, &mut std::io::sink()));
 }
 
+/// The sections of a checkpoint.
+type Sections = Vec<(SectionKind, Vec<u8>)>;
+
 /// A small picture that is guided, and the parts of its checkpoint after eight of its samples.
-fn saved() -> &'static (BuiltScene, Vec<(SectionKind, Vec<u8>)>) {
-    static SAVED: OnceLock<(BuiltScene, Vec<(SectionKind, Vec<u8>)>)> = OnceLock::new();
+fn saved() -> &'static (BuiltScene, Sections) {
+    static SAVED: OnceLock<(BuiltScene, Sections)> = OnceLock::new();
     SAVED.get_or_init(|| {
         let text = r#"Film "rgb" "integer xresolution" 20 "integer yresolution" 3 "string layers" ["normal" "variance"]
             LightTransport "path" "bool guiding" true Sampler "sobol" "integer pixelsamples" 10
             WorldBegin LightSource "infinite" Translate 0 0 3 Shape "sphere""#;
         let made = lang::load_text("saved.bhs", text, registry(), &overrides(), &mut SourceMap::new());
         let built = made.unwrap_or_else(|found| panic!("{found:?}"));
-        let state = RenderState::new(Job::of(&built));
+        let state = RenderState::new(Job::of(&built)).expect("there is memory");
         state.run(&Limits { most: 8, least: 8, time: None }, &Progress::new(0, true), &Signals::default());
         let mut file = Vec::new();
         checkpoint::write(&mut file, &Identity::of(&built), &state).expect("memory does not fail");
@@ -210,32 +213,53 @@ fn saved() -> &'static (BuiltScene, Vec<(SectionKind, Vec<u8>)>) {
     })
 }
 
-/// A checkpoint, which is resumed: `data` as it stands behind the first byte, or as changes of a good one, whose checksums are right
-/// nonetheless; by the first byte.
+/// The file with the given sections.
+fn joined(parts: &[(SectionKind, Vec<u8>)]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut writer = Writer::new(&mut file).expect("memory does not fail");
+    for (kind, content) in parts {
+        writer.section(*kind, &[content]).expect("memory does not fail");
+    }
+    file
+}
+
+/// Sections with some bytes changed and some cut off: number, place and change of each are four bytes.
+fn changed(mut parts: Sections, data: &[u8]) -> Sections {
+    for change in data.chunks_exact(4) {
+        let count = parts.len();
+        let content = &mut parts[usize::from(change[0]) % count].1;
+        let at = usize::from(u16::from_le_bytes([change[1], change[2]])) % content.len().max(1);
+        match content.get_mut(at) {
+            Some(byte) if change[3] > 0 => *byte ^= change[3],
+            _ => content.truncate(at),
+        }
+    }
+    parts
+}
+
+/// The first of the given sections, and those that `data` describes: for each the number of its kind, its length in two bytes, its content.
+fn sections(parts: &[(SectionKind, Vec<u8>)], mut data: &[u8]) -> Sections {
+    let kinds = [*b"HEAD", *b"STAT", *b"LEAR", *b"TILE", *b"END "];
+    let mut all: Vec<_> = parts.iter().take(1).cloned().collect();
+    while let Some(([kind, low, high], rest)) = data.split_first_chunk::<3>() {
+        let length = usize::from(u16::from_le_bytes([*low, *high])).min(rest.len());
+        all.push((kinds[usize::from(*kind) % kinds.len()], rest[..length].to_vec()));
+        data = &rest[length..];
+    }
+    all
+}
+
+/// A checkpoint, which is resumed. By the first byte, what follows is the file as it stands, or changes of a good one, or sections behind a right
+/// head; the checksums of the last two are right.
 fn checkpoint(data: &[u8]) {
     let Some((how, data)) = data.split_first() else { return };
     let (built, parts) = saved();
-    let file = if how % 2 == 0 {
-        data.to_vec()
-    } else {
-        let mut parts = parts.clone();
-        for change in data.chunks_exact(4) {
-            let count = parts.len();
-            let content = &mut parts[usize::from(change[0]) % count].1;
-            let at = usize::from(u16::from_le_bytes([change[1], change[2]])) % content.len().max(1);
-            match content.get_mut(at) {
-                Some(byte) if change[3] > 0 => *byte ^= change[3],
-                _ => content.truncate(at),
-            }
-        }
-        let mut file = Vec::new();
-        let mut writer = Writer::new(&mut file).expect("memory does not fail");
-        for (kind, content) in &parts {
-            writer.section(*kind, &[content]).expect("memory does not fail");
-        }
-        file
+    let file = match how % 3 {
+        0 => data.to_vec(),
+        1 => joined(&changed(parts.clone(), data)),
+        _ => joined(&sections(parts, data)),
     };
-    let mut state = RenderState::new(Job::of(built));
+    let mut state = RenderState::new(Job::of(built)).expect("there is memory");
     if checkpoint::read(&file[..], &Identity::of(built), false, &mut state).is_ok() {
         state.run(&Limits::of(&*built.sampler), &Progress::new(0, true), &Signals::default());
     }
