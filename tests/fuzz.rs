@@ -389,6 +389,32 @@ fn mutated_pictures_to_compare() {
     assert!(faulty > times(FILES) / 10 && faulty < times(FILES), "{faulty}");
 }
 
+#[test]
+fn a_sky_takes_no_more_memory_than_its_picture() {
+    // As a PNG of one colour, which is three hundred times smaller than its texels; and as light.
+    let size = [2048, 1024];
+    let texels = size[0] * size[1];
+    let mut png = Vec::new();
+    bhs::image::write_png(&mut png, size, &vec![77; 3 * texels]).expect("the encoder works");
+    let mut hdr = b"#?RGBE\n\n-Y 1024 +X 2048\n".to_vec();
+    hdr.extend([128; 4].repeat(texels));
+    let (folder, registry) = (tempfile::tempdir().expect("a folder"), Registry::builtin());
+    let scene = folder.path().join("scene.bhs");
+    let text = r#"WorldBegin LightSource "infinite" "string filename" "picture" Shape "sphere""#;
+    std::fs::write(&scene, text).expect("a file");
+    for (bytes, a_texel) in [(png, 3), (hdr, 12)] {
+        std::fs::write(folder.path().join("picture"), &bytes).expect("a file");
+        // The table to draw from has a number for 16 texels.
+        let most = bytes.len() + a_texel * texels + texels / 4 + BYTES_BESIDES;
+        let load = || {
+            let made = lang::load(&scene, &registry, &Overrides::default(), &mut SourceMap::new());
+            assert!(made.is_ok_and(|built| built.warnings.is_empty()));
+        };
+        let found = allocation_counter::measure(load).bytes_max;
+        assert!(found <= most as u64, "{found} bytes, at most {most}");
+    }
+}
+
 /// One mesh in every way that a PLY file can be written.
 fn ply_examples() -> Vec<Vec<u8>> {
     let text = common::read("grammar/examples/pyramid.ply");
