@@ -117,9 +117,9 @@ fn words(data: &str) -> impl Iterator<Item = &str> {
     data.split(|c: char| matches!(c, ',' | ';') || c.is_whitespace()).filter(|w| !w.is_empty())
 }
 
-/// Whether a word is text rather than a number, or what was to be one.
+/// Whether a word is text rather than a number, or what was to be one: no digit comes before its letters.
 fn is_name(word: &str) -> bool {
-    word.parse::<f64>().is_err() && (word.starts_with(char::is_alphabetic) || !word.contains(|c: char| c.is_ascii_digit()))
+    word.parse::<f64>().is_err() && word.chars().find(|c| c.is_alphanumeric()).is_none_or(char::is_alphabetic)
 }
 
 /// What is wrong with the order of wavelengths.
