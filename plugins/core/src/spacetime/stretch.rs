@@ -88,7 +88,8 @@ impl Stretch {
     /// The unit chart direction of a measured direction.
     #[inline]
     pub fn chart_direction(&self, local: DVec3) -> DVec3 {
-        self.stretched(local, self.inverses).normalize()
+        let chart = if self.keeps_directions() { local } else { self.stretched(local, self.inverses) };
+        chart.normalize()
     }
 
     /// The unit measured normal of a surface with the given unit chart normal.
