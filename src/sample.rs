@@ -36,7 +36,7 @@ impl CameraSample {
         let lambda = wavelengths.sample(stream.next_1d());
         let observer = job.scene.observer(view.origin);
         let direction = observer.unwrap_or(Observer::FLAT).chart_direction(view.direction);
-        let ray = Ray { origin: view.origin, direction, footprint: job.scene.footprints.camera };
+        let ray = Ray { footprint: job.scene.footprints.camera, ..Ray::new(view.origin, direction) };
         let seen = Self { id, weight, lambda, ratio: observer.map(|o| o.ratio(direction)) };
         let along = match seen.ratio {
             Some(ratio) if ratio != 1.0 => SampledWavelengths { lambda_nm: lambda.at(ratio.recip() as f32), ..lambda },

@@ -132,7 +132,7 @@ fn connection_answer(scene: &Scene, connections: &dyn Connections, pair: &[DVec3
                 json.push(',');
             }
             // From the very points: if they lie on surfaces, those do not block.
-            let sight = Sight { start: Ray::new(x, c.launch), from: x, to: y, connection: c };
+            let sight = Sight { start: Ray::new(x, c.launch), from: x, to: y, target: None, connection: c };
             let visible = connections.visible(&scene.world, &sight, &mut TraceLog::default());
             let _ = write!(json, "{{\"image\":{},\"phi\":{:.16e},\"launch\":", 2 * turn as usize + side, c.phi);
             push_vector(&mut json, c.launch);

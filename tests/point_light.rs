@@ -77,7 +77,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
             for c in connections.connect(&scene.world, x, light.point, turn).into_iter().flatten() {
                 let cos = observer.frame.local_direction(c.launch).dot(local_normal);
                 let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-                let sight = Sight { start, from: x, to: light.point, connection: c };
+                let sight = Sight { start, from: x, to: light.point, target: None, connection: c };
                 if connections.visible(&scene.world, &sight, &mut log) {
                     let arriving = scene.arriving(&light, &c, observer, &lambda);
                     irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();

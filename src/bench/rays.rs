@@ -43,7 +43,7 @@ pub fn camera_rays(built: &BuiltScene, count: usize) -> Vec<Ray> {
         let direction = observer.chart_direction(seen.direction);
         let [x, y] = at.to_array().map(|c| c as u32);
         let place = (y / TILE, x / TILE, y, x);
-        (place, Ray { origin: seen.origin, direction, footprint: built.scene.footprints.camera })
+        (place, Ray { footprint: built.scene.footprints.camera, ..Ray::new(seen.origin, direction) })
     };
     let mut rays: Vec<_> = (0..count).map(ray).collect();
     rays.sort_by_key(|(place, _)| *place);

@@ -170,6 +170,13 @@ impl TriangleMesh {
     }
 }
 
+/// Relative size of a step off a surface: some 16 rounding errors of the single precision in which meshes are traced.
+pub const STEP_OFF: f64 = 16.0 * f32::EPSILON as f64;
+
+/// How far from the edges of its triangle a ray starts at least that starts exactly on it, relative to the coordinates: some 256
+/// rounding errors of double precision. So it starts on that side of the neighbouring triangles on which it should.
+const OFF_EDGES: f64 = 256.0 * f64::EPSILON;
+
 /// What a surface looks like around one of its points; chart measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceGeometry {
@@ -205,6 +212,11 @@ pub trait Analytic: Send + Sync {
     }
     /// The least `t` in the open range of the segment at which it meets the surface.
     fn intersect(&self, segment: &Segment) -> Option<f64>;
+    /// The least positive `t` before the end of the segment at which it meets the surface again, on which it starts (at `t` = 0, but for
+    /// rounding). `None` for a surface that no line meets twice.
+    fn intersect_again(&self, _segment: &Segment) -> Option<f64> {
+        None
+    }
     /// The surface around a point of it.
     fn surface(&self, point: DVec3) -> SurfaceGeometry;
     /// Its area, chart measure.
@@ -213,6 +225,10 @@ pub trait Analytic: Send + Sync {
     fn sample(&self, u: Vec2) -> AreaSample;
     /// The density with which [`Analytic::sample`] draws `point`, with respect to chart area.
     fn pdf(&self, point: DVec3) -> f64;
+    /// How far apart opposite sides of it are at least (scene units); infinite for a surface without an opposite side.
+    fn thickness(&self) -> f64 {
+        f64::INFINITY
+    }
     /// Moves the surface by `-origin`, from world space to render space. Called once, before anything else.
     fn rebase(&mut self, origin: DVec3);
 }
@@ -255,6 +271,56 @@ impl Geometry {
             Self::Analytic(_) => None,
             Self::Instance(instance) => Some(instance.corners(triangle)),
         }
+    }
+
+    /// The magnitude of the numbers (render space) with which single precision finds hits on a primitive.
+    #[inline]
+    pub fn magnitude(&self, primitive: u32) -> f64 {
+        match self {
+            // Rounding grows with the coordinates of the corners, not only with those of a point.
+            Self::Mesh(mesh) => mesh.corners(primitive).into_iter().fold(0.0f64, |m, c| m.max(c.abs().max_element())),
+            Self::Analytic(surface) => {
+                let b = surface.bounds();
+                b.min.abs().max(b.max.abs()).max_element()
+            }
+            Self::Instance(instance) => instance.magnitude(primitive),
+        }
+    }
+
+    /// How far off a primitive single precision does not find it again (scene units).
+    #[inline]
+    pub fn step_off(&self, primitive: u32) -> f64 {
+        STEP_OFF * self.magnitude(primitive)
+    }
+
+    /// The point `point` of a primitive, which has the weights `barycentric` of its second and third corner, moved off the edges of
+    /// the triangle by some rounding errors.
+    pub fn inner_point(&self, primitive: u32, point: DVec3, barycentric: DVec2) -> DVec3 {
+        let Some([a, b, c]) = self.corners(primitive) else { return point };
+        let size = a.abs().max(b.abs()).max(c.abs()).max_element();
+        let (ab, ac) = (b - a, c - a);
+        let longest = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
+        // The least height over an edge.
+        let height = (ab.cross(ac).length_squared() / longest).sqrt();
+        let least = (OFF_EDGES * size / height).min(0.25);
+        let weights = [1.0 - barycentric.x - barycentric.y, barycentric.x, barycentric.y];
+        if weights.into_iter().all(|w| w >= least) {
+            return point;
+        }
+        let [_, v, w] = weights.map(|w| w.max(least));
+        let sum = weights.map(|w| w.max(least)).into_iter().sum::<f64>();
+        a + ab * (v / sum) + ac * (w / sum)
+    }
+
+    /// The outer unit normal of the surface at a point of a primitive, chart.
+    pub fn normal(&self, primitive: u32, point: DVec3) -> DVec3 {
+        let barycentric = self.corners(primitive).map_or(DVec2::ZERO, |[a, b, c]| {
+            let (ab, ac, p) = (b - a, c - a, point - a);
+            let n = ab.cross(ac);
+            let v = (n.dot(p.cross(ac)) / n.length_squared()).clamp(0.0, 1.0);
+            DVec2::new(v, (n.dot(ab.cross(p)) / n.length_squared()).clamp(0.0, 1.0 - v))
+        });
+        self.surface(point, primitive, barycentric).normal
     }
 
     /// The surface around a point of it: of triangles, that with the weights `barycentric` of the second and third corner of

@@ -214,6 +214,14 @@ impl Instance {
         let numbers = (*forth * own).max(*there_and_back * render.max(t.translation.abs()));
         numbers.max_element()
     }
+
+    /// No less than [`Instance::magnitude`] of any triangle of a mesh whose coordinates are at most `own`.
+    pub fn magnitude_within(&self, own: DVec3) -> f64 {
+        let Placement { render_from_own: t, forth, there_and_back, .. } = &*self.placement;
+        let b = self.bounds();
+        let render = b.min.abs().max(b.max.abs());
+        (*forth * own).max(*there_and_back * render.max(t.translation.abs())).max_element()
+    }
 }
 
 #[cfg(test)]

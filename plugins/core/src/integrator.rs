@@ -1,5 +1,6 @@
 //! How light travels: the contract of the integrators of light rays.
 
+use crate::intersector::Primitive;
 use crate::observer::Observer;
 use crate::stats::TraceLog;
 use crate::world::World;
@@ -15,13 +16,16 @@ pub struct Ray {
     /// Width of the patch that the ray stands for where it arrives (scene units): nobody can tell apart what is closer together.
     /// 0: unknown. An integrator may stray from the true ray by a tenth of it, unless the scene says by how much.
     pub footprint: f64,
+    /// The primitive on which the origin lies exactly, which the ray is not to meet there; `None` if the origin lies on none, or was
+    /// moved off it (see [`World::spawn`]).
+    pub leaving: Option<Primitive>,
 }
 
 impl Ray {
-    /// A ray of unknown footprint.
+    /// A ray of unknown footprint that starts on no surface.
     #[inline]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        Self { origin, direction, footprint: 0.0 }
+        Self { origin, direction, footprint: 0.0, leaving: None }
     }
 }
 
@@ -38,6 +42,14 @@ pub struct SurfaceHit {
     pub primitive: u32,
     /// Weights of the triangle's second and third corner; zero for an analytic surface.
     pub barycentric: DVec2,
+}
+
+impl SurfaceHit {
+    /// The triangle or analytic surface.
+    #[inline]
+    pub fn primitive(&self) -> Primitive {
+        Primitive { geometry: self.geometry, primitive: self.primitive }
+    }
 }
 
 /// Where a ray ends.
@@ -65,12 +77,14 @@ pub struct Traced {
 /// A question of light sampling: whether anything stands between two points on a geodesic that joins them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// The ray that leaves `from` along the geodesic, moved off the surface there.
+    /// The ray that leaves `from` along the geodesic, which starts on the surface there or just off it.
     pub start: Ray,
     /// Where the geodesic begins, maybe on a surface.
     pub from: DVec3,
     /// Where it ends, maybe on a surface.
     pub to: DVec3,
+    /// The primitive on which it ends, if any.
+    pub target: Option<Primitive>,
     /// The geodesic.
     pub connection: Connection,
 }

@@ -2,6 +2,7 @@
 
 use crate::geometry::{Geometry, sample_triangle, triangle_area};
 use crate::integrator::Connection;
+use crate::intersector::Primitive;
 use crate::light::{AreaLight, Emission};
 use crate::observer::Observer;
 use crate::sampling::Discrete;
@@ -47,6 +48,8 @@ pub enum LightSource {
     Surface {
         /// Index in [`Scene::emitters`].
         emitter: u32,
+        /// The triangle or analytic surface.
+        primitive: Primitive,
         /// Outer unit normal, chart.
         normal: DVec3,
         /// Texture coordinates.
@@ -128,19 +131,20 @@ impl Scene {
                 }
             }
             Some(emitter) => {
-                let (point, pdf, s) = match &self.world.geometries[emitter.geometry as usize] {
+                let (primitive, point, pdf, s) = match &self.world.geometries[emitter.geometry as usize] {
                     Geometry::Analytic(surface) => {
                         let s = surface.sample(u);
-                        (s.point, chosen * s.pdf, (s.normal, s.uv))
+                        (0, s.point, chosen * s.pdf, (s.normal, s.uv))
                     }
                     mesh => {
                         let (triangle, _) = emitter.triangles.sample(rest)?;
                         let (point, b) = sample_triangle(mesh.corners(triangle as u32)?, u);
                         let s = mesh.surface(point, triangle as u32, b);
-                        (point, chosen / emitter.triangles.total(), (s.normal, s.uv))
+                        (triangle as u32, point, chosen / emitter.triangles.total(), (s.normal, s.uv))
                     }
                 };
-                (LightSource::Surface { emitter: index as u32, normal: s.0, uv: s.1 }, point, pdf)
+                let primitive = Primitive { geometry: emitter.geometry, primitive };
+                (LightSource::Surface { emitter: index as u32, primitive, normal: s.0, uv: s.1 }, point, pdf)
             }
         };
         let observer = self.integrator.observer(&self.world, point)?;
@@ -172,7 +176,7 @@ impl Scene {
         let leaving = -at_light.local_direction(connection.arrival);
         let per_solid_angle = sample.pdf * connection.spread / receiver.solid_angle_factor(connection.launch);
         match sample.source {
-            LightSource::Surface { emitter, normal, uv } => {
+            LightSource::Surface { emitter, normal, uv, .. } => {
                 let cos_theta = at_light.local_normal(normal).dot(leaving) as f32;
                 let at = Emission { uv, cos_theta, lambda_nm, clock_rate: at_light.clock_rate() as f32 };
                 let emitted = self.emitters[emitter as usize].light.radiance(&at) * factor;

@@ -85,6 +85,8 @@ pub struct Vertex<'s> {
     /// Outer unit normal of the surface itself, in the shading frame.
     pub wn: Vec3,
     axes: [DVec3; 3],
+    /// Whether another surface may be as near as rounding.
+    is_crowded: bool,
 }
 
 impl Vertex<'_> {
@@ -132,7 +134,13 @@ impl Vertex<'_> {
 
     /// The ray of the given footprint that leaves in the shading direction `wi`.
     pub fn spawn(&self, world: &World, wi: Vec3, footprint: f64) -> Ray {
-        Ray { footprint, ..world.spawn(&self.hit, self.normal, self.chart_direction(wi)) }
+        self.leave(world, self.chart_direction(wi), footprint)
+    }
+
+    /// The ray of the given footprint that leaves in the unit chart direction `direction`.
+    #[inline]
+    pub fn leave(&self, world: &World, direction: DVec3, footprint: f64) -> Ray {
+        Ray { footprint, ..world.leave(&self.hit, self.normal, direction, self.is_crowded) }
     }
 }
 
@@ -166,6 +174,7 @@ impl Scene {
             wo: to_shading(wo),
             wn: to_shading(ng),
             axes,
+            is_crowded: self.world.is_crowded(&hit),
         })
     }
 

@@ -2,9 +2,9 @@
 
 use crate::blackhole::BlackHole;
 use crate::clearance::Clearance;
-use crate::geometry::{Aabb, Geometry, Segment, SurfaceGeometry};
+use crate::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
 use crate::integrator::{Ray, SurfaceHit};
-use crate::intersector::{Intersector, PrimitiveHit};
+use crate::intersector::{Intersector, Primitive, PrimitiveHit};
 use glam::{DVec2, DVec3};
 
 /// Geometry with its intersector, in render space.
@@ -38,8 +38,11 @@ pub struct Located {
     pub barycentric: DVec2,
 }
 
-/// Relative size of the step off a surface: some 16 rounding errors of the single precision in which meshes are traced.
-const OFFSET: f64 = 16.0 * f32::EPSILON as f64;
+/// How far the rounding of a long way may move a point off an analytic surface, relative to that way.
+const STRAY: f64 = 1e-12;
+
+/// An analytic surface's point is put back onto the surface if the way to it was this many times as long as its coordinates.
+const LONG_WAY: f64 = 16.0;
 
 impl World {
     /// Geometry with its intersector around `hole`, whose centre is in render space; `origin` is that space's own, in the world.
@@ -48,7 +51,7 @@ impl World {
         let clearance = hole.as_ref().filter(|h| h.rs > 0.0).and_then(|_| Clearance::new(&geometries, &bounds));
         let (mut margin, mut reach) = (0.0, 0.0);
         if !bounds.is_empty() {
-            margin = OFFSET * bounds.min.abs().max(bounds.max.abs()).max_element();
+            margin = STEP_OFF * bounds.min.abs().max(bounds.max.abs()).max_element();
             reach = hole.map_or(0.0, |h| (bounds.min - h.center).abs().max((bounds.max - h.center).abs()).length());
         }
         Self { geometries, intersector, bounds, hole, origin, margin, reach, clearance }
@@ -57,7 +60,11 @@ impl World {
     /// Refines an intersector's answer in double precision: the point of the segment on the triangle's plane, or the
     /// answer itself on an analytic surface (which is exact already).
     pub fn locate(&self, segment: &Segment, hit: &PrimitiveHit) -> Located {
-        let Some([a, b, c]) = self.geometries[hit.geometry as usize].corners(hit.primitive) else {
+        let geometry = &self.geometries[hit.geometry as usize];
+        if let Geometry::Analytic(surface) = geometry {
+            return Located { t: hit.t, point: on_surface(&**surface, segment, hit.t), barycentric: DVec2::ZERO };
+        }
+        let Some([a, b, c]) = geometry.corners(hit.primitive) else {
             return Located { t: hit.t, point: segment.at(hit.t), barycentric: DVec2::ZERO };
         };
         // Moeller and Trumbore 1997, with the coordinates clamped to the triangle: the intersector has decided that it is hit.
@@ -81,20 +88,50 @@ impl World {
         self.geometries[hit.geometry as usize].surface(hit.point, hit.primitive, hit.barycentric)
     }
 
-    /// A ray that leaves the surface point `hit` in the chart direction `direction`, moved off the surface far enough for
-    /// single precision not to find that surface again, to the side of the (geometric, chart) normal that it points to.
-    pub fn spawn(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3) -> Ray {
-        let extent = match &self.geometries[hit.geometry as usize] {
-            // Rounding grows with the coordinates of the corners, not only with those of the point.
-            Geometry::Mesh(mesh) => mesh.corners(hit.primitive).into_iter().fold(0.0f64, |m, c| m.max(c.abs().max_element())),
-            Geometry::Analytic(surface) => {
-                let b = surface.bounds();
-                b.min.abs().max(b.max.abs()).max_element()
-            }
-            Geometry::Instance(instance) => instance.magnitude(hit.primitive),
-        };
-        let offset = OFFSET * extent;
-        let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
-        Ray::new(hit.point + side * offset, direction)
+    /// The first surface along a segment that leaves the primitive `leaving` at its origin, if any.
+    #[inline]
+    pub fn closest(&self, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
+        match leaving {
+            None => self.intersector.closest(segment),
+            Some(primitive) => self.intersector.closest_from(segment, primitive),
+        }
     }
+
+    /// A ray that leaves the surface point `hit` in the chart direction `direction`.
+    ///
+    /// Where no other surface is near, it starts a little off the surface, on the side of the (geometric, chart) normal that it
+    /// points to, so that single precision does not find that surface again. Where one may be as near as that
+    /// ([`Intersector::is_crowded`]), it starts on the surface and says which it leaves.
+    pub fn spawn(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3) -> Ray {
+        self.leave(hit, normal, direction, self.is_crowded(hit))
+    }
+
+    /// Whether another surface may be as near to a point of a surface as rounding.
+    #[inline]
+    pub fn is_crowded(&self, hit: &SurfaceHit) -> bool {
+        self.intersector.is_crowded(hit.primitive(), hit.point)
+    }
+
+    /// [`World::spawn`] at a point of which [`World::is_crowded`] is known.
+    pub fn leave(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3, is_crowded: bool) -> Ray {
+        let geometry = &self.geometries[hit.geometry as usize];
+        if is_crowded {
+            let origin = geometry.inner_point(hit.primitive, hit.point, hit.barycentric);
+            return Ray { leaving: Some(hit.primitive()), ..Ray::new(origin, direction) };
+        }
+        let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
+        Ray::new(hit.point + side * geometry.step_off(hit.primitive), direction)
+    }
+}
+
+/// The point `at(t)` of a segment, back on the surface from which rounding on a long way has moved it.
+fn on_surface(surface: &dyn Analytic, segment: &Segment, t: f64) -> DVec3 {
+    let point = segment.at(t);
+    let way = segment.origin.abs().max_element().max(t.abs() * segment.direction.length());
+    if way <= LONG_WAY * point.abs().max_element() {
+        return point;
+    }
+    let (normal, half) = (surface.surface(point).normal, STRAY * way);
+    let across = Segment { origin: point - normal * half, direction: normal, t_min: 0.0, t_max: 2.0 * half };
+    surface.intersect(&across).map_or(point, |t| across.at(t))
 }

@@ -15,7 +15,7 @@ use crate::refine::{Facet, Meeting, on_facet, on_surface};
 use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::{Aabb, Geometry, Segment};
 use bhs_core::integrator::SurfaceHit;
-use bhs_core::intersector::PrimitiveHit;
+use bhs_core::intersector::{Primitive, PrimitiveHit};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::{Located, World};
 use glam::{DVec2, DVec3};
@@ -38,6 +38,9 @@ pub(crate) const NEARBY: f64 = 0.125;
 
 /// Far more than the rounding of a length, relative to it.
 pub(crate) const ROUNDING: f64 = 1e-6;
+
+/// How often the first chord of a ray that leaves a surface is halved at most to be on the right side of that.
+const MOST_HALVINGS: u32 = 60;
 
 /// Longest chord, in radians, however much it may stray.
 pub(crate) const LONGEST: f64 = 1.5;
@@ -96,6 +99,16 @@ pub struct Chords<'w> {
     last: Place,
     /// The last chord; `None` where the ray begins.
     before: Option<DVec3>,
+    /// What the ray leaves, if it begins exactly on a surface.
+    leaving: Option<Departure>,
+}
+
+/// How a ray leaves the surface on which it begins.
+#[derive(Clone, Copy)]
+struct Departure {
+    primitive: Primitive,
+    /// A normal of the surface, on the side to which the ray goes.
+    side: DVec3,
 }
 
 impl<'w> Chords<'w> {
@@ -109,7 +122,21 @@ impl<'w> Chords<'w> {
     /// the ray begins there.
     pub(crate) fn on(world: &'w World, rs: f64, plane: OrbitPlane, angle: f64, last: Place, before: Option<DVec3>) -> Self {
         let (bounds, u_bound) = surroundings(world);
-        Self { world, plane, rs, angle, bounds, u_bound, begin: 0.0, last, before }
+        Self { world, plane, rs, angle, bounds, u_bound, begin: 0.0, last, before, leaving: None }
+    }
+
+    /// The same, if the ray begins exactly on the surface of `leaving` and goes in the direction `launch`.
+    pub fn leaving(self, leaving: Option<Primitive>, launch: DVec3) -> Self {
+        let departure = |primitive: Primitive| {
+            let normal = self.world.geometries[primitive.geometry as usize].normal(primitive.primitive, self.last.point);
+            Departure { primitive, side: normal * launch.dot(normal).signum() }
+        };
+        Self { leaving: leaving.map(departure), ..self }
+    }
+
+    /// Where the last chord ended.
+    pub fn last(&self) -> DVec3 {
+        self.last.point
     }
 
     /// The first surface that the orbit meets on `step`, which continues the step before.
@@ -139,10 +166,12 @@ impl<'w> Chords<'w> {
             // Chords of equal angle to the end of the step.
             let left = ((end.phi - phi) / self.angle).ceil();
             let to = if left > 1.0 { self.place(step, phi + (end.phi - phi) / left) } else { self.at_end(&end) };
-            self.last = to;
-            phi = to.phi;
             // A chord that leaves the sphere around all geometry ends not far from there: it may go on to infinity.
-            let to = if from.u > self.u_bound && to.u < NEARBY * self.u_bound { self.nearby(step, &from, to) } else { to };
+            let until = if from.u > self.u_bound && to.u < NEARBY * self.u_bound { self.nearby(step, &from, to) } else { to };
+            let cut = if from.phi == self.begin { self.off_surface(step, &from, &until) } else { None };
+            self.last = cut.unwrap_or(to);
+            phi = self.last.phi;
+            let to = cut.unwrap_or(until);
             if to.u <= 0.0 {
                 return None;
             }
@@ -152,6 +181,25 @@ impl<'w> Chords<'w> {
             log.point(hit.map_or(to.point, |h| h.point));
             if hit.is_some() {
                 return hit;
+            }
+        }
+        None
+    }
+
+    /// Where to cut the first chord, that from `from` to `to`, if the orbit is not there on that side of the surface that it leaves to which
+    /// it set out. So that surface is not in the chord's way, and where the orbit comes back to it, a later chord meets it.
+    fn off_surface<D: Dense>(&self, step: &D, from: &Place, to: &Place) -> Option<Place> {
+        let side = self.leaving?.side;
+        let is_on_side = |place: &Place| side.dot(place.point - from.point) > 0.0;
+        if is_on_side(to) {
+            return None;
+        }
+        let mut swept = to.phi - from.phi;
+        for _ in 0..MOST_HALVINGS {
+            swept *= 0.5;
+            let place = self.place(step, from.phi + swept);
+            if is_on_side(&place) {
+                return Some(place);
             }
         }
         None
@@ -258,7 +306,18 @@ impl<'w> Chords<'w> {
         };
         log.counters.queries += 1;
         let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
-        let hit = self.world.intersector.closest(&segment)?;
+        // Only the chord on which the ray begins leaves anything.
+        let leaving = self.leaving.filter(|_| span.before.is_none() && span.from.phi == self.begin && enter == 0.0);
+        let hit = self.world.closest(&segment, leaving.map(|l| l.primitive))?;
+        if leaving.is_some() {
+            // As near as this to where the ray begins its chord strays from it by less than rounding.
+            let located = self.world.locate(&segment, &hit);
+            if located.t * length <= OVERLAP * from.abs().max_element() {
+                let orbit = step.polar(self.angle_of(span, located.point));
+                let met = Meeting { orbit, point: located.point, barycentric: located.barycentric, beside: 0.0 };
+                return Some(self.arrive(&met, &hit, &located, way / length, log));
+            }
+        }
         self.plain_hit(step, span, &segment, enter, &hit, log)
             .or_else(|| self.settle(step, span, (&segment, enter, &hit), splits, log))
     }

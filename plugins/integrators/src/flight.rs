@@ -46,7 +46,8 @@ impl<'w> Flight<'w> {
 
     /// Follows `orbit`, which begins at `start`, by chords of at most the angle `chord`.
     pub fn follow<S: Stepper>(self, mut orbit: S, chord: f64, max_steps: u64, log: &mut TraceLog) -> Arrival {
-        let mut chords = Chords::new(self.world, self.hole, self.plane, self.ray.origin, &self.start, chord);
+        let mut chords = Chords::new(self.world, self.hole, self.plane, self.ray.origin, &self.start, chord)
+            .leaving(self.ray.leaving, self.ray.direction);
         for _ in 0..max_steps {
             let (step, fate) = orbit.advance();
             log.counters.steps += 1;

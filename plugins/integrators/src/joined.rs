@@ -13,7 +13,9 @@ use crate::packet::{Course, End, follow};
 use crate::straight::Straight;
 use crate::taylor::TaylorOrbit;
 use bhs_core::blackhole::BlackHole;
+use bhs_core::geometry::Segment;
 use bhs_core::integrator::{ConnectionPair, Connections, Sight, SurfaceHit};
+use bhs_core::intersector::{Ends, Primitive};
 use bhs_core::lanes::LANES;
 use bhs_core::params::Params;
 use bhs_core::stats::TraceLog;
@@ -97,23 +99,26 @@ impl Connections for Joined {
     }
 
     fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
-        let Sight { start, from: x, to: y, connection } = *sight;
+        let Sight { start, from: x, to: y, target, connection } = *sight;
         let Some(hole) = hole(world).filter(|_| connection.phi > 0.0) else {
             return Straight.visible(world, sight, log);
         };
         let course = self.course(world, hole, sight);
         let (plane, state) = OrbitPlane::of_ray(hole.center, x, connection.launch);
-        let mut chords = Chords::new(world, hole, plane, start.origin, &state, course.chord);
+        let chords = Chords::new(world, hole, plane, start.origin, &state, course.chord);
+        let mut chords = chords.leaving(start.leaving, connection.launch);
+        let target = target.filter(|target| world.intersector.is_crowded(*target, y));
         let mut orbit = TaylorOrbit::new(hole.rs, state, course.error);
         loop {
             let (step, fate) = orbit.advance();
             let done = step.end().phi >= course.end || fate != Fate::Underway;
             let step = if step.end().phi > course.end { step.until(step.at(course.end)) } else { step };
             if let Some(hit) = chords.meet(&step, log) {
-                return is_end(&hit, x, y);
+                // Other surfaces may be as near to a crowded end as that.
+                return is_end(&hit, x, y) && target.is_none_or(|target| target.geometry == hit.geometry);
             }
             if done {
-                return true;
+                return target.is_none() || !self.ends_blocked(world, chords.last(), y, target, log);
             }
         }
     }
@@ -154,9 +159,16 @@ fn is_end(hit: &SurfaceHit, x: DVec3, y: DVec3) -> bool {
 }
 
 impl Joined {
+    /// Whether anything stands between the last chord's end and the point `to` of the primitive `target`.
+    fn ends_blocked(&self, world: &World, from: DVec3, to: DVec3, target: Option<Primitive>, log: &mut TraceLog) -> bool {
+        log.counters.queries += 1;
+        let segment = Segment { origin: from, direction: to - from, t_min: 0.0, t_max: 1.0 };
+        world.intersector.blocked_between(&segment, Ends { leaving: None, target })
+    }
+
     /// What is followed to find out what stands in the way.
     fn course(&self, world: &World, hole: &BlackHole, sight: &Sight) -> Course {
-        let Sight { start, from, to, connection } = *sight;
+        let Sight { start, from, to, target, connection } = *sight;
         let chord = match self.chord {
             Chord::Angle(angle) => angle,
             Chord::Tolerance(t) => chord_angle(hole.rs, t.distance(world, start.footprint)),
@@ -166,6 +178,7 @@ impl Joined {
         let r = from_center.length();
         let sin = connection.arrival.cross(from_center).length() / r;
         let end = connection.phi - close(from, to) * sin / r;
-        Course { from, direction: connection.launch, origin: start.origin, chord, error: ORBIT_ERROR, end }
+        let is_exact = start.leaving.is_some() || target.is_some_and(|target| world.intersector.is_crowded(target, to));
+        Course { from, direction: connection.launch, origin: start.origin, chord, error: ORBIT_ERROR, end, is_exact }
     }
 }

@@ -8,6 +8,7 @@ use crate::flight::Flight;
 use crate::orbit::{Dense, Fate, Rk4Orbit, Stepper};
 use bhs_core::geometry::Segment;
 use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
+use bhs_core::intersector::PrimitiveHit;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 
@@ -23,7 +24,7 @@ pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, log: &mut Tra
     };
     let (rs, plane) = (flight.hole.rs, flight.plane);
     let mut orbit = Rk4Orbit { hole: rs.into(), step, state: flight.start };
-    let mut from = ray.origin;
+    let (mut from, mut leaving) = (ray.origin, ray.leaving);
     for _ in 0..max_steps {
         let (step, fate) = orbit.advance();
         log.counters.steps += 1;
@@ -38,7 +39,14 @@ pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, log: &mut Tra
         };
         log.counters.queries += 1;
         let segment = Segment { origin: from, direction: way, t_min: 0.0, t_max };
-        if let Some(hit) = world.intersector.closest(&segment) {
+        let leaving = leaving.take();
+        let own = leaving.filter(|own| {
+            // A first segment on the other side than the ray has come back to its surface at once.
+            let normal = world.geometries[own.geometry as usize].normal(own.primitive, from);
+            normal.dot(way) * normal.dot(ray.direction) <= 0.0
+        });
+        let own = own.map(|own| PrimitiveHit { t: 0.0, geometry: own.geometry, primitive: own.primitive });
+        if let Some(hit) = own.or_else(|| world.closest(&segment, leaving)) {
             let located = world.locate(&segment, &hit);
             log.counters.hit += 1;
             log.phi = plane.angle(step.start.phi, from, located.point);

@@ -31,6 +31,8 @@ pub struct Course {
     pub error: f64,
     /// Angle at which it ends, whatever is there (rad); infinite if nowhere.
     pub end: f64,
+    /// Whether it begins or ends exactly on a surface: the code for one ray sees to those.
+    pub is_exact: bool,
 }
 
 /// Where a course ended.
@@ -106,7 +108,8 @@ pub fn follow(
     let vectors = |f: fn(&Course) -> DVec3| Vectors::of(std::array::from_fn(|i| f(&course[i])));
     let number = |f: fn(&Course) -> f64| Lanes::from(std::array::from_fn::<f64, LANES, _>(|i| f(&course[i])));
     let (planes, start, ordinary) = Planes::of_rays(hole.center, vectors(|c| c.from), vectors(|c| c.direction));
-    let ordinary = ordinary & start.u.simd_lt(c(1.0 / hole.rs));
+    let exact = (0..LANES).filter(|i| course[*i].is_exact).fold(0, |bits, i| bits | 1 << i);
+    let ordinary = ordinary & !of_bits(exact) & start.u.simd_lt(c(1.0 / hole.rs));
     let error = errors(hole.rs, &start, number(|c| c.error));
     let limit = number(|c| c.end);
     let (bounds, u_bound) = surroundings(world);

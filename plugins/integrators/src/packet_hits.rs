@@ -139,7 +139,7 @@ impl Packet<'_> {
             };
             log.counters.queries += 1;
             let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
-            if let Some(hit) = self.world.intersector.closest(&segment) {
+            if let Some(hit) = self.world.closest(&segment, None) {
                 hits.note(self.world, i, segment, enter, hit);
                 meets |= 1 << i;
             }

@@ -101,8 +101,9 @@ impl Integrator for Adaptive {
             let courses = std::array::from_fn(|i| {
                 let ray = &rays[i.min(rays.len() - 1)];
                 let (chord, error) = precision(ray.footprint);
-                let Ray { origin, direction, .. } = *ray;
-                Course { from: origin, direction, origin, chord, error, end: f64::INFINITY }
+                let Ray { origin, direction, leaving, .. } = *ray;
+                let is_exact = leaving.is_some();
+                Course { from: origin, direction, origin, chord, error, end: f64::INFINITY, is_exact }
             });
             let ends = follow(world, hole, &courses, rays.len(), self.max_steps, log);
             for ((ray, traced), (end, phi)) in rays.iter().zip(traced).zip(ends) {

@@ -12,6 +12,7 @@
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
 use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Integrator, Ray, Sight, SurfaceHit};
+use bhs_core::intersector::{Ends, SHADOW_END};
 use bhs_core::observer::Observer;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
@@ -24,9 +25,6 @@ pub const PLUGIN: Plugin<dyn Integrator> =
 /// Light in flat space.
 pub struct Straight;
 
-/// How close to its end a shadow ray stops, relative to its length: the surface at the end must not shadow itself.
-const SHADOW_END: f64 = 1.0 - 64.0 * f32::EPSILON as f64;
-
 impl Integrator for Straight {
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
         log.counters.geodesics += 1;
@@ -34,7 +32,7 @@ impl Integrator for Straight {
         log.phi = 0.0;
         log.point(ray.origin);
         let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
-        let Some(hit) = world.intersector.closest(&segment) else {
+        let Some(hit) = world.closest(&segment, ray.leaving) else {
             log.counters.escaped += 1;
             return Arrival::Sky(ray.direction);
         };
@@ -53,7 +51,7 @@ impl Integrator for Straight {
     fn escapes(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> bool {
         log.counters.queries += 1;
         let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
-        !world.intersector.blocked(&segment)
+        !world.intersector.blocked_between(&segment, Ends { leaving: ray.leaving, target: None })
     }
 
     fn observer(&self, _: &World, _: DVec3) -> Option<Observer> {
@@ -95,7 +93,9 @@ impl Connections for Straight {
     fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
         log.counters.queries += 1;
         let origin = sight.start.origin;
-        let segment = Segment { origin, direction: sight.to - origin, t_min: 0.0, t_max: SHADOW_END };
-        !world.intersector.blocked(&segment)
+        let ends = Ends { leaving: sight.start.leaving, target: sight.target };
+        // What ends on no surface must not be blocked by one that happens to be there.
+        let t_max = if ends.target.is_some() { 1.0 } else { SHADOW_END };
+        !world.intersector.blocked_between(&Segment { origin, direction: sight.to - origin, t_min: 0.0, t_max }, ends)
     }
 }

@@ -177,7 +177,7 @@ fn compare_sights(number: u64) -> [u64; 3] {
     for _ in 0..20 {
         let [x, y] = [case.ray(&mut dice).1.origin, case.ray(&mut dice).1.origin];
         for connection in connections.connect(world, x, y, 0).into_iter().flatten() {
-            sights.push(Sight { start: Ray::new(x, connection.launch), from: x, to: y, connection });
+            sights.push(Sight { start: Ray::new(x, connection.launch), from: x, to: y, target: None, connection });
         }
     }
     let mut together = vec![false; sights.len()];

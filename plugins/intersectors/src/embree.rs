@@ -4,6 +4,9 @@
 //! parameter of a triangle's hit is good to some 1e-7 of the coordinates; analytic surfaces see the segment itself, in
 //! double precision. Both ends of a segment are rounded so: two chords that are to leave no gap must overlap by more.
 //!
+//! Where surfaces touch or nearly touch ([`crate::contacts`]) single precision cannot tell which comes first. A query that begins or ends
+//! there is answered exactly: the primitives that come so near to others are put to [`crate::exact`], all others to Embree.
+//!
 //! An object that stands in the scene many times is an Embree scene of its own, instanced: its triangles and their hierarchy are
 //! there once.
 //!
@@ -16,13 +19,15 @@
 //! ```
 #![allow(unsafe_code)] // a foreign interface; each block says why it is sound
 
+use crate::contacts::Contacts;
+use crate::exact::Exact;
 use crate::single::{Room, Scale, clamp};
 use bhs_core::Plugin;
 use bhs_core::geometry::{Aabb, Analytic, Geometry, Segment, TriangleMesh};
 use bhs_core::instance::Object;
-use bhs_core::intersector::{Intersector, IntersectorBuilder, PrimitiveHit};
+use bhs_core::intersector::{Ends, Intersector, IntersectorBuilder, Primitive, PrimitiveHit, SHADOW_END};
 use embree4_sys::*;
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use std::any::Any;
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char, c_void};
@@ -55,11 +60,17 @@ impl IntersectorBuilder for Embree {
         let boxes: Vec<Option<Aabb>> = geometries.iter().map(|g| clamp(g.bounds())).collect();
         let room = Room::new(boxes.iter().flatten().fold(Aabb::EMPTY, |all, b| all.union(*b)));
 
+        let crowds = Contacts::find(geometries).map(|contacts| {
+            let exact = Exact::new(geometries, contacts.with_neighbours(geometries));
+            Crowds { contacts, exact, geometries: geometries.to_vec() }
+        });
+        let flags = if crowds.is_some() { FLAGS | RTCSceneFlags::FILTER_FUNCTION_IN_ARGUMENTS } else { FLAGS };
         let device = Device::new()?;
-        let mut scene = Scene { scene: Handle::scene(&device), surfaces: Vec::new(), meshes: Vec::new(), device, room };
+        let handle = Handle::scene(&device, flags);
+        let mut scene = Scene { scene: handle, surfaces: Vec::new(), meshes: Vec::new(), crowds, device, room };
         let objects: HashMap<*const Object, Handle> = crate::objects(geometries)
             .into_iter()
-            .map(|(_, object)| (Arc::as_ptr(object), Handle::object(&scene.device, object, &mut scene.meshes)))
+            .map(|(_, object)| (Arc::as_ptr(object), Handle::object(&scene.device, object, flags, &mut scene.meshes)))
             .collect();
         for ((id, geometry), bounds) in (0u32..).zip(geometries).zip(boxes) {
             let Some(bounds) = bounds else { continue };
@@ -141,12 +152,12 @@ unsafe extern "C" fn record_error(first: *mut c_void, code: RTCError, text: *con
 struct Handle(RTCScene);
 
 impl Handle {
-    fn scene(device: &Device) -> Self {
+    fn scene(device: &Device, flags: RTCSceneFlags) -> Self {
         // SAFETY: the device is live. Embree keeps it alive for the scene by counting references.
         let scene = unsafe { rtcNewScene(device.handle) };
         // SAFETY: the scene is live, or null, which Embree reports through the device.
         unsafe {
-            rtcSetSceneFlags(scene, FLAGS);
+            rtcSetSceneFlags(scene, flags);
             rtcSetSceneBuildQuality(scene, QUALITY);
         }
         Self(scene)
@@ -172,8 +183,8 @@ impl Handle {
     }
 
     /// A committed scene of the meshes of an object, numbered in their order. They are added to `meshes`, to be kept.
-    fn object(device: &Device, object: &Object, meshes: &mut Vec<Arc<TriangleMesh>>) -> Self {
-        let scene = Self::scene(device);
+    fn object(device: &Device, object: &Object, flags: RTCSceneFlags, meshes: &mut Vec<Arc<TriangleMesh>>) -> Self {
+        let scene = Self::scene(device, flags);
         for (id, mesh) in (0u32..).zip(object.meshes()) {
             scene.attach_mesh(device, id, mesh);
             meshes.push(mesh.clone());
@@ -243,8 +254,16 @@ struct Scene {
     scene: Handle,
     surfaces: Vec<Arc<Surface>>,
     meshes: Vec<Arc<TriangleMesh>>,
+    crowds: Option<Crowds>,
     device: Device,
     room: Room,
+}
+
+/// Where surfaces are close together, and what tells them apart there.
+struct Crowds {
+    contacts: Contacts,
+    exact: Exact,
+    geometries: Vec<Geometry>,
 }
 
 // SAFETY: the handles are not bound to a thread. Nothing changes a scene after it is committed, and Embree allows any number
@@ -260,7 +279,7 @@ struct RayHit {
     _room: [u32; 4],
 }
 
-/// The context of a query over analytic surfaces. Embree only looks at its beginning.
+/// The context of a query over more than meshes. Embree only looks at its beginning.
 #[repr(C)]
 struct Query<'a> {
     /// The place of Embree's own context, which consists of instance numbers: two in 4.4, room for more.
@@ -269,6 +288,8 @@ struct Query<'a> {
     scale: Scale,
     /// Parameter of the nearest analytic surface so far, of the segment's end before.
     nearest: f64,
+    /// Whose primitives are left out, because [`Exact`] looks at them.
+    without: Option<&'a Contacts>,
     /// What a surface panicked with: unwinding must not reach Embree.
     panic: Option<Box<dyn Any + Send>>,
 }
@@ -277,20 +298,77 @@ const _: () = assert!(size_of::<RTCRayQueryContext>() <= size_of::<[u32; 8]>());
 
 impl Intersector for Scene {
     fn closest(&self, segment: &Segment) -> Option<PrimitiveHit> {
+        let found = self.find(segment, None);
+        match &self.crowds {
+            Some(crowds) if crowds.is_in_doubt(segment, found.as_ref()) => self.closest_exactly(crowds, segment, None),
+            _ => found,
+        }
+    }
+
+    fn blocked(&self, segment: &Segment) -> bool {
+        self.find_any(segment, None) || self.slips_through(segment)
+    }
+
+    fn closest_from(&self, segment: &Segment, leaving: Primitive) -> Option<PrimitiveHit> {
+        match &self.crowds {
+            Some(crowds) => self.closest_exactly(crowds, segment, Some(leaving)),
+            None => self.closest(segment),
+        }
+    }
+
+    fn blocked_between(&self, segment: &Segment, ends: Ends) -> bool {
+        if let Some(crowds) = &self.crowds {
+            let end_is_crowded = || ends.target.is_some_and(|p| crowds.contacts.is_crowded(p, segment.at(segment.t_max)));
+            if ends.leaving.is_some() || end_is_crowded() {
+                return self.blocked_exactly(crowds, segment, ends);
+            }
+        }
+        self.blocked(&shortened(segment, ends))
+    }
+
+    fn is_crowded(&self, surface: Primitive, point: DVec3) -> bool {
+        self.crowds.as_ref().is_some_and(|crowds| crowds.contacts.is_crowded(surface, point))
+    }
+}
+
+/// A segment without the part just before the primitive on which it ends, if it does.
+fn shortened(segment: &Segment, ends: Ends) -> Segment {
+    Segment { t_max: if ends.target.is_some() { SHADOW_END * segment.t_max } else { segment.t_max }, ..*segment }
+}
+
+impl Crowds {
+    /// Whether something else than what was `found` may come first: another surface near that or near the start, or one where surfaces meet at edges that
+    /// they do not share, between which single precision may have let the segment through.
+    #[inline]
+    fn is_in_doubt(&self, segment: &Segment, found: Option<&PrimitiveHit>) -> bool {
+        let near = |hit: &PrimitiveHit| {
+            let primitive = Primitive { geometry: hit.geometry, primitive: hit.primitive };
+            self.contacts.is_crowded(primitive, segment.at(hit.t))
+        };
+        found.is_some_and(near)
+            || self.contacts.holds(segment.origin)
+            || self.contacts.may_slip_through(&Segment { t_max: found.map_or(segment.t_max, |hit| hit.t), ..*segment })
+    }
+}
+
+impl Scene {
+    /// What Embree finds first, leaving out the primitives of `without`.
+    #[inline(always)]
+    fn find(&self, segment: &Segment, without: Option<&Contacts>) -> Option<PrimitiveHit> {
         let (ray, scale) = self.room.cast(segment)?;
         let mut found = RayHit { known: RTCRayHit { ray, hit: RTCHit::default() }, _room: [0; 4] };
         let target = (&raw mut found).cast();
         let mut nearest = None;
-        if self.surfaces.is_empty() {
+        if self.surfaces.is_empty() && without.is_none() {
             // SAFETY: the scene is committed; `found` is large enough and aligned; null arguments mean the defaults.
             unsafe { rtcIntersect1(self.scene.0, target, ptr::null_mut()) };
         } else {
-            let mut query = Query::new(segment, scale);
+            let mut query = Query::new(segment, scale, without);
             let mut arguments = RTCIntersectArguments {
-                flags: RTCRayQueryFlags::INCOHERENT,
+                flags: query.flags(),
                 feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
                 context: (&raw mut query).cast(),
-                filter: None,
+                filter: without.map(|_| leave_out as _),
                 intersect: None,
             };
             // SAFETY: as above; the context is a `Query`, as the callbacks expect, and nobody else uses it meanwhile.
@@ -303,24 +381,24 @@ impl Intersector for Scene {
         }
         // Embree's parameter is that of the nearest analytic surface exactly if no triangle is nearer.
         let t = nearest.filter(|t| scale.tfar(*t) == ray.tfar).unwrap_or_else(|| scale.t(ray.tfar));
-        // A mesh of an object has its number there, and the object that of its first mesh here.
-        let [object] = hit.instID;
-        let geometry = if object == RTC_INVALID_GEOMETRY_ID { hit.geomID } else { object + hit.geomID };
-        Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry, primitive: hit.primID })
+        let Primitive { geometry, primitive } = primitive_of(hit);
+        Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry, primitive })
     }
 
-    fn blocked(&self, segment: &Segment) -> bool {
+    /// Whether Embree finds anything, leaving out the primitives of `without`.
+    #[inline(always)]
+    fn find_any(&self, segment: &Segment, without: Option<&Contacts>) -> bool {
         let Some((mut ray, scale)) = self.room.cast(segment) else { return false };
-        if self.surfaces.is_empty() {
+        if self.surfaces.is_empty() && without.is_none() {
             // SAFETY: the scene is committed; null arguments mean the defaults.
             unsafe { rtcOccluded1(self.scene.0, &mut ray, ptr::null_mut()) };
         } else {
-            let mut query = Query::new(segment, scale);
+            let mut query = Query::new(segment, scale, without);
             let mut arguments = RTCOccludedArguments {
-                flags: RTCRayQueryFlags::INCOHERENT,
+                flags: query.flags(),
                 feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
                 context: (&raw mut query).cast(),
-                filter: None,
+                filter: without.map(|_| leave_out as _),
                 occluded: None,
             };
             // SAFETY: as above; the context is a `Query`, as the callbacks expect, and nobody else uses it meanwhile.
@@ -328,6 +406,59 @@ impl Intersector for Scene {
             query.finish();
         }
         ray.tfar == f32::NEG_INFINITY
+    }
+
+    /// Whether a segment that Embree finds free is blocked where it may have slipped through between two surfaces.
+    #[inline]
+    fn slips_through(&self, segment: &Segment) -> bool {
+        let crowds = self.crowds.as_ref().filter(|crowds| crowds.contacts.may_slip_through(segment));
+        crowds.is_some_and(|crowds| self.blocked_exactly(crowds, segment, Ends::default()))
+    }
+
+    /// The first surface along a segment that passes where surfaces are close together, or leaves a primitive there.
+    #[cold]
+    fn closest_exactly(&self, crowds: &Crowds, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
+        let close = crowds.exact.closest(segment, leaving);
+        let t_max = close.map_or(segment.t_max, |hit| hit.t);
+        let others = Segment { t_max, ..self.off_surface(crowds, segment, leaving) };
+        self.find(&others, Some(&crowds.contacts)).or(close)
+    }
+
+    /// Whether anything stands in such a segment's way.
+    #[cold]
+    fn blocked_exactly(&self, crowds: &Crowds, segment: &Segment, ends: Ends) -> bool {
+        let others = || shortened(&self.off_surface(crowds, segment, ends.leaving), ends);
+        crowds.exact.blocked(segment, ends) || self.find_any(&others(), Some(&crowds.contacts))
+    }
+
+    /// The segment moved off the primitive that it leaves: what is not in the zones is farther away than that.
+    fn off_surface(&self, crowds: &Crowds, segment: &Segment, leaving: Option<Primitive>) -> Segment {
+        let Some(Primitive { geometry, primitive }) = leaving else { return *segment };
+        let geometry = &crowds.geometries[geometry as usize];
+        let normal = geometry.normal(primitive, segment.origin);
+        let side = if normal.dot(segment.direction) < 0.0 { -normal } else { normal };
+        Segment { origin: segment.origin + side * geometry.step_off(primitive), ..*segment }
+    }
+}
+
+/// The numbers of a primitive that was hit. A mesh of an object has its number there, and the object that of its first mesh here.
+fn primitive_of(hit: &RTCHit) -> Primitive {
+    let [object] = hit.instID;
+    let geometry = if object == RTC_INVALID_GEOMETRY_ID { hit.geomID } else { object + hit.geomID };
+    Primitive { geometry, primitive: hit.primID }
+}
+
+/// Called by Embree, on the thread of a query, for each hit on a triangle of a query that leaves some out.
+unsafe extern "C" fn leave_out(arguments: *const RTCFilterFunctionNArguments) {
+    // SAFETY: Embree passes valid arguments; the context is the `Query` of `find` or `find_any`, and N is 1, for which the hit is laid out
+    // as an `RTCHit`.
+    unsafe {
+        let arguments = &*arguments;
+        let query = &*(arguments.context as *const Query);
+        let hit = &*(arguments.hit as *const RTCHit);
+        if query.without.is_some_and(|contacts| contacts.involves(primitive_of(hit))) {
+            *arguments.valid = 0;
+        }
     }
 }
 
@@ -340,8 +471,16 @@ struct Surface {
 }
 
 impl<'a> Query<'a> {
-    fn new(segment: &'a Segment, scale: Scale) -> Self {
-        Self { ids: [RTC_INVALID_GEOMETRY_ID; 8], segment, scale, nearest: segment.t_max, panic: None }
+    fn new(segment: &'a Segment, scale: Scale, without: Option<&'a Contacts>) -> Self {
+        let ids = [RTC_INVALID_GEOMETRY_ID; 8];
+        Self { ids, segment, scale, nearest: segment.t_max, without, panic: None }
+    }
+
+    fn flags(&self) -> RTCRayQueryFlags {
+        match self.without {
+            Some(_) => RTCRayQueryFlags::INCOHERENT | RTCRayQueryFlags::INVOKE_ARGUMENT_FILTER,
+            None => RTCRayQueryFlags::INCOHERENT,
+        }
     }
 
     /// The parameter of the nearest analytic surface, after the query; goes on with a panic of a surface.
@@ -350,6 +489,11 @@ impl<'a> Query<'a> {
             Some(payload) => resume_unwind(payload),
             None => self.nearest,
         }
+    }
+
+    /// Whether an analytic surface is left out.
+    fn leaves_out(&self, geometry: u32) -> bool {
+        self.without.is_some_and(|contacts| contacts.involves(Primitive { geometry, primitive: 0 }))
     }
 
     /// Where the segment meets the surface before Embree's parameter `tfar`.
@@ -388,6 +532,9 @@ unsafe extern "C" fn surface_intersect(arguments: *const RTCIntersectFunctionNAr
         let surface = &*(arguments.geometryUserPtr as *const Surface);
         let query = &mut *(arguments.context as *mut Query);
         let found = arguments.rayhit as *mut RTCRayHit;
+        if query.leaves_out(arguments.geomID) {
+            return;
+        }
         if let Some(t) = query.meet(surface, (*found).ray.tfar) {
             query.nearest = t;
             (*found).ray.tfar = query.scale.tfar(t);
@@ -410,7 +557,7 @@ unsafe extern "C" fn surface_occluded(arguments: *const RTCOccludedFunctionNArgu
         let surface = &*(arguments.geometryUserPtr as *const Surface);
         let query = &mut *(arguments.context as *mut Query);
         let ray = arguments.ray as *mut RTCRay;
-        if query.meet(surface, (*ray).tfar).is_some() {
+        if !query.leaves_out(arguments.geomID) && query.meet(surface, (*ray).tfar).is_some() {
             (*ray).tfar = f32::NEG_INFINITY;
         }
     }

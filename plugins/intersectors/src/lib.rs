@@ -11,10 +11,16 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 #[cfg(feature = "embree")]
+mod cells;
+#[cfg(feature = "embree")]
+mod contacts;
+#[cfg(feature = "embree")]
 pub mod embree;
+mod exact;
 pub mod reference;
 #[cfg(feature = "embree")]
 mod single;
+mod tree;
 
 /// All intersectors; the first is the default.
 pub const ALL: &[Plugin<dyn IntersectorBuilder>] = &[
@@ -70,4 +76,4 @@ fn objects(geometries: &[Geometry]) -> Vec<(usize, &Arc<Object>)> {
 }
 
 #[cfg(all(test, feature = "embree"))]
-bhs_core::every_file_is_listed!([ALL], helpers: ["single"]);
+bhs_core::every_file_is_listed!([ALL], helpers: ["cells", "contacts", "exact", "single", "tree"]);

@@ -14,6 +14,7 @@ const GROWTH: f64 = 8.0 * f32::EPSILON as f64;
 const NEAR: f64 = 4.0;
 
 /// The part of space that the scene takes up.
+#[derive(Clone, Copy)]
 pub struct Room {
     /// Around everything, with a margin that keeps the outermost surfaces off the ends of segments that are cut at it.
     bounds: Aabb,
@@ -64,7 +65,7 @@ impl Room {
     }
 
     /// The segment as a ray; None if it is no piece of a line, or passes the scene.
-    #[inline]
+    #[inline(always)]
     pub fn cast(&self, segment: &Segment) -> Option<(RTCRay, Scale)> {
         let Segment { origin, direction, t_min, t_max } = *segment;
         // Each comparison fails for what is not a number.

@@ -142,17 +142,23 @@ fn disagreements_are_rare() {
 fn embree_agrees_with_embree4_rs() {
     let mut random = Random::new(3);
     for mesh in [soup(&mut random, 500), icosphere(5), cube(20)] {
-        let (peer, fast) = (Peer::new(&mesh), embree(&[shared(mesh)]));
-        let mut hits = 0;
+        let (peer, geometries) = (Peer::new(&mesh), [shared(mesh)]);
+        let (fast, oracle) = (embree(&geometries), reference(&geometries));
+        let (mut hits, mut exact) = (0, 0);
         for i in 0..20_000 {
             let chord = random.direction() * 0.2;
             let t_max = if i % 2 == 0 { f64::INFINITY } else { 1.0 };
             let segment = Segment { origin: random.point(), direction: chord, t_min: 0.0, t_max };
             let (a, b) = (fast.closest(&segment), peer.closest(&segment));
-            assert_eq!(a.map(|a| (a.t as f32, a.primitive)), b, "{segment:?}");
+            // Where surfaces are close together the answer is not Embree's but exact.
+            if a.map(|a| (a.t as f32, a.primitive)) != b {
+                assert_eq!(a, oracle.closest(&segment), "{segment:?}: {b:?}");
+                exact += 1;
+            }
             hits += usize::from(b.is_some());
         }
         assert!(hits > 1000, "only {hits} hits: the test sees nothing");
+        assert!(exact * 100 < hits, "{exact} of {hits} hits are not Embree's");
     }
 }
 

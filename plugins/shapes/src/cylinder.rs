@@ -132,6 +132,14 @@ impl Analytic for Cylinder {
         [t0.min(t1), t0.max(t1)].into_iter().find(|t| segment.t_min < *t && *t < segment.t_max && self.contains(o + d * *t))
     }
 
+    fn intersect_again(&self, segment: &Segment) -> Option<f64> {
+        let o = self.place.point_to_own(segment.origin);
+        let d = self.place.own_from_world * segment.direction;
+        // As far from the axis as where it starts.
+        let t = -2.0 * o.truncate().dot(d.truncate()) / d.truncate().length_squared();
+        (0.0 < t && t < segment.t_max && self.contains(o + d * t)).then_some(t)
+    }
+
     fn surface(&self, point: DVec3) -> SurfaceGeometry {
         self.surface_at(self.place.point_to_own(point))
     }
@@ -150,6 +158,12 @@ impl Analytic for Cylinder {
 
     fn pdf(&self, point: DVec3) -> f64 {
         self.density(self.place.point_to_own(point))
+    }
+
+    fn thickness(&self) -> f64 {
+        // Twice the least half axis across, which is no less than 1 over the norm of those rows of the inverse.
+        let m = self.place.own_from_world.transpose();
+        2.0 / (m.x_axis.length_squared() + m.y_axis.length_squared()).sqrt()
     }
 
     fn rebase(&mut self, origin: DVec3) {

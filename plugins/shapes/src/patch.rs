@@ -157,6 +157,16 @@ impl Analytic for Patch {
         hits.map(|m| m.0).min_by(f64::total_cmp)
     }
 
+    fn intersect_again(&self, segment: &Segment) -> Option<f64> {
+        let within = |x: f64| (-EDGE..=1.0 + EDGE).contains(&x);
+        let met = self.meet(segment.origin, segment.direction);
+        // The one that is nearer is where it starts.
+        let [a, b] = met;
+        let (t, u, v) = if b.0.is_nan() || a.0.abs() >= b.0.abs() { a } else { b };
+        let is_other = !a.0.is_nan() && !b.0.is_nan() && 0.0 < t && t < segment.t_max;
+        (is_other && within(u) && within(v)).then_some(t)
+    }
+
     fn surface(&self, point: DVec3) -> SurfaceGeometry {
         self.surface_at(self.place(point))
     }

@@ -173,6 +173,14 @@ impl Analytic for Sphere {
             .find(|t| segment.t_min < *t && *t < segment.t_max && self.part.contains((o + d * *t).normalize_or_zero()))
     }
 
+    fn intersect_again(&self, segment: &Segment) -> Option<f64> {
+        let o = self.unit_from_world * (segment.origin - self.center);
+        let d = self.unit_from_world * segment.direction;
+        // |o + t d| = |o|
+        let t = -2.0 * o.dot(d) / d.length_squared();
+        (0.0 < t && t < segment.t_max && self.part.contains((o + d * t).normalize_or_zero())).then_some(t)
+    }
+
     fn surface(&self, point: DVec3) -> SurfaceGeometry {
         self.surface_at(self.unit(point))
     }
@@ -194,6 +202,12 @@ impl Analytic for Sphere {
 
     fn pdf(&self, point: DVec3) -> f64 {
         self.density(self.unit(point))
+    }
+
+    fn thickness(&self) -> f64 {
+        // Twice the least half axis, which is no less than 1 over the Frobenius norm of the inverse.
+        let m = self.unit_from_world;
+        2.0 / (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt()
     }
 
     fn rebase(&mut self, origin: DVec3) {

@@ -176,13 +176,17 @@ impl Sought<'_> {
     /// Notes what is `carried` by a geodesic unless something stands in its way.
     fn aim(&self, connection: &Connection, carried: SampledSpectrum, aimed: &mut Aimed) {
         let Self { scene, vertex, .. } = self;
-        let start = Ray { footprint: scene.footprints.rough, ..scene.world.spawn(&vertex.hit, vertex.normal, connection.launch) };
+        let start = vertex.leave(&scene.world, connection.launch, scene.footprints.rough);
         let from = self.light.source.number(scene.emitters.len());
         let gain = Gain { path: self.path, light: self.throughput * carried, from };
         if matches!(self.light.source, LightSource::Sky { .. }) {
             aimed.skies.push((start, gain));
         } else {
-            aimed.sights.push(Sight { start, from: vertex.hit.point, to: self.light.point, connection: *connection });
+            let target = match self.light.source {
+                LightSource::Surface { primitive, .. } => Some(primitive),
+                _ => None,
+            };
+            aimed.sights.push(Sight { start, from: vertex.hit.point, to: self.light.point, target, connection: *connection });
             aimed.gains.push(gain);
         }
     }

@@ -166,8 +166,9 @@ impl Analytic for Ball {
         [s.min(t), s.max(t)].into_iter().find(|t| segment.t_min < *t && *t < segment.t_max)
     }
 
-    fn surface(&self, _: DVec3) -> SurfaceGeometry {
-        unimplemented!()
+    fn surface(&self, point: DVec3) -> SurfaceGeometry {
+        let normal = (point - self.center).normalize_or(DVec3::Z);
+        SurfaceGeometry { normal, shading_normal: normal, uv: Vec2::ZERO }
     }
 
     fn area(&self) -> f64 {
