@@ -60,7 +60,8 @@ fn is_glass_on_black(text: &str) {
 
 #[test]
 fn glass_on_a_floor_lets_no_light_through_the_floor() {
-    let disk = |flip: &str| format!("AttributeBegin\n{flip}\nRotate -90 1 0 0\nShape \"disk\" \"float radius\" 5\nAttributeEnd\n");
+    let disk =
+        |flip: &str| format!("AttributeBegin\n{flip}\nRotate -90 1 0 0\nShape \"disk\" \"float radius\" 5\nAttributeEnd\n");
     // Its middle lies in the plane; the second one is curved, and lies below but for the middle.
     let patch = "Shape \"bilinearmesh\" \"point3 P\" [-5 0 -5  5 0 -5  -5 0 5  5 0 5.0001]\n".to_owned();
     let tube = "AttributeBegin\nTranslate 0 -50 0\nShape \"cylinder\" \"float radius\" 50 \"float zmin\" -5 \"float zmax\" 5\nAttributeEnd\n";
@@ -99,7 +100,11 @@ fn nor_does_glass_of_other_shapes_or_elsewhere() {
     }
     // As an instance, and far from the world's origin.
     for gap in [0.0, 1e-6] {
-        let glass = format!("{GLASS}ObjectBegin \"block\"\n{}ObjectEnd\nTranslate 0 {gap:?} 0\nObjectInstance \"block\"\n", block([0.5, 0.0, 1.0]));
+        let glass = format!(
+            // The object in coordinates of its own, wherever the world is moved to.
+            "AttributeBegin\nIdentity\n{GLASS}ObjectBegin \"block\"\n{}ObjectEnd\nAttributeEnd\nTranslate 0 {gap:?} 0\nObjectInstance \"block\"\n",
+            block([0.5, 0.0, 1.0])
+        );
         is_glass_on_black(&format!("{}{SKY}{floor}{glass}", camera("")));
         let far = camera("").replace("LookAt 0 4 0.001  0 0 0", "LookAt 3e5 4 1000000.001  3e5 0 1e6");
         let far = far.replace("WorldBegin", "WorldBegin\nTranslate 3e5 0 1e6");
@@ -124,7 +129,10 @@ fn nor_around_a_hole() {
 #[test]
 fn sheets_of_glass_pass_the_same_light_in_contact_and_apart() {
     // A wide lamp below.
-    let lamp = format!("AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n{BLACK}{}AttributeEnd\n", square(4.0, -1.0, true));
+    let lamp = format!(
+        "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n{BLACK}{}AttributeEnd\n",
+        square(4.0, -1.0, true)
+    );
     for hole in ["", "BlackHole \"schwarzschild\" \"point3 center\" [0 40 30] \"float rs\" 0.01 \"bool redshift\" false\n"] {
         for gap in [0.0, 1e-7, 1e-6, 1e-3] {
             for sheets in [2u32, 5] {
@@ -135,7 +143,9 @@ fn sheets_of_glass_pass_the_same_light_in_contact_and_apart() {
                 let instances = "ObjectBegin \"sheet\"\n".to_owned()
                     + &block([3.0, 0.0, 0.05])
                     + "ObjectEnd\n"
-                    + &pile_of(&|lo, _| format!("AttributeBegin\nTranslate 0 {lo:?} 0\nObjectInstance \"sheet\"\nAttributeEnd\n"));
+                    + &pile_of(&|lo, _| {
+                        format!("AttributeBegin\nTranslate 0 {lo:?} 0\nObjectInstance \"sheet\"\nAttributeEnd\n")
+                    });
                 for glass in [separate, instances] {
                     let text = format!("{}{hole}{lamp}{GLASS}{glass}", camera(""));
                     let (seen, right) = (mean(&text), pile(f64::from(2 * sheets)).0);
@@ -149,7 +159,10 @@ fn sheets_of_glass_pass_the_same_light_in_contact_and_apart() {
 #[test]
 fn a_lamp_just_behind_a_surface_lights_nothing_before_it() {
     let seen = |hole: &str, ceiling: Option<f64>| {
-        let lamp = format!("AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n{BLACK}{}AttributeEnd\n", square(0.5, 1.0, false));
+        let lamp = format!(
+            "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n{BLACK}{}AttributeEnd\n",
+            square(0.5, 1.0, false)
+        );
         let ceiling = ceiling.map_or(String::new(), |y| format!("{BLACK}{}", square(3.0, y, false)));
         let camera = camera("").replace("LookAt 0 4 0.001  0 0 0", "LookAt 3 0.5 0  0 0 0");
         mean(&format!("{camera}{hole}Material \"diffuse\" \"float reflectance\" 1\n{}{ceiling}{lamp}", square(2.0, 0.0, true)))

@@ -71,7 +71,9 @@ fn a_lamp_emits_pi_l_over_its_local_area() {
             // A point uniform by chart area, a direction uniform by chart solid angle; their measures turned into local ones.
             let u = Vec2::new(random(i, 0) as f32, random(i, 1) as f32);
             let point = scene.sample_light(random(i, 2) as f32, u).expect("a lamp");
-            let bhs_core::light_sampling::LightSource::Surface { emitter, normal, uv, .. } = point.source else { panic!("no lamp") };
+            let bhs_core::light_sampling::LightSource::Surface { emitter, normal, uv, .. } = point.source else {
+                panic!("no lamp")
+            };
             let frame = point.observer.frame;
             let chart = direction(random(i, 3), random(i, 4));
             let cos = frame.local_normal(normal).dot(frame.local_direction(chart));

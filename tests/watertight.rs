@@ -52,15 +52,8 @@ struct Rooms {
 impl Rooms {
     /// An empty room from -2 to 2, turned and moved.
     fn new(turn: DMat3, at: DVec3, split: bool) -> Self {
-        let mut rooms = Self {
-            text: String::new(),
-            solids: Vec::new(),
-            instances: String::new(),
-            instanced: Vec::new(),
-            count: 0,
-            turn,
-            at,
-        };
+        let mut rooms =
+            Self { text: String::new(), solids: Vec::new(), instances: String::new(), instanced: Vec::new(), count: 0, turn, at };
         rooms.brick(DVec3::splat(-2.0), DVec3::splat(2.0), split);
         rooms
     }
@@ -91,9 +84,9 @@ impl Rooms {
         let groups: Vec<&[[DVec3; 4]]> = if split { faces.chunks(1).collect() } else { vec![&faces] };
         for group in groups {
             let points: String = group.iter().flatten().map(|p| format!("{:?} {:?} {:?} ", p.x, p.y, p.z)).collect();
-            let indices: String = (0..group.len()).map(|i| 4 * i).fold(String::new(), |s, k| {
-                format!("{s}{} {} {} {} {} {} ", k, k + 1, k + 2, k, k + 2, k + 3)
-            });
+            let indices: String = (0..group.len())
+                .map(|i| 4 * i)
+                .fold(String::new(), |s, k| format!("{s}{} {} {} {} {} {} ", k, k + 1, k + 2, k, k + 2, k + 3));
             writeln!(self.text, "Shape \"trianglemesh\" \"point3 P\" [{points}] \"integer indices\" [{indices}]").unwrap();
             self.solids.push(self.count);
         }
@@ -117,7 +110,8 @@ impl Rooms {
     fn instance(&mut self, lo: DVec3, hi: DVec3) {
         let m = self.turn * DMat3::from_diagonal(hi - lo);
         let [x, y, z, p] = [m.x_axis, m.y_axis, m.z_axis, self.place(lo)].map(|c| format!("{:?} {:?} {:?}", c.x, c.y, c.z));
-        writeln!(self.instances, "AttributeBegin\nTransform [{x} 0 {y} 0 {z} 0 {p} 1]\nObjectInstance \"cube\"\nAttributeEnd").unwrap();
+        writeln!(self.instances, "AttributeBegin\nTransform [{x} 0 {y} 0 {z} 0 {p} 1]\nObjectInstance \"cube\"\nAttributeEnd")
+            .unwrap();
         self.instanced.push(self.count);
         self.count += 1;
     }
@@ -169,7 +163,11 @@ impl Rooms {
         let mut y = -2.0 + gap;
         for height in [0.5, 0.25, 1e-3, 0.7, 1e-4] {
             let (lo, hi) = (DVec3::new(gap - 2.0, y, gap - 2.0), DVec3::new(2.0 - gap, y + height, 2.0 - gap));
-            if instances { self.instance(lo, hi) } else { self.brick(lo, hi, false) }
+            if instances {
+                self.instance(lo, hi)
+            } else {
+                self.brick(lo, hi, false)
+            }
             y += height + gap;
         }
     }
@@ -251,7 +249,13 @@ fn path(built: &BuiltScene, rooms: &Rooms, mut ray: Ray, random: &mut Random, co
         let (choice, d) = (random.unit(), random.direction());
         let direction = match choice {
             c if c < 0.3 && passes => hit.direction,
-            c if c < 0.9 => if d.dot(side) < 0.0 { -d } else { d },
+            c if c < 0.9 => {
+                if d.dot(side) < 0.0 {
+                    -d
+                } else {
+                    d
+                }
+            }
             _ => (d - side * d.dot(side) + side * 10f64.powf(random.within(-7.0, -1.0))).normalize(),
         };
         if direction.dot(side) <= 0.0 {
@@ -305,7 +309,10 @@ fn all_rooms(rays: u64, options: &str, settings: &[(f64, DMat3, DVec3, bool)], k
             sum = Count { rays: sum.rays + count.rays, close: sum.close + count.close, wrong: sum.wrong + count.wrong };
         }
     }
-    eprintln!("{} rays, {} of which start where surfaces are close together; {} on the wrong side", sum.rays, sum.close, sum.wrong);
+    eprintln!(
+        "{} rays, {} of which start where surfaces are close together; {} on the wrong side",
+        sum.rays, sum.close, sum.wrong
+    );
     sum
 }
 

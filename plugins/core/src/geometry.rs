@@ -317,8 +317,13 @@ impl Geometry {
         let barycentric = self.corners(primitive).map_or(DVec2::ZERO, |[a, b, c]| {
             let (ab, ac, p) = (b - a, c - a, point - a);
             let n = ab.cross(ac);
-            let v = (n.dot(p.cross(ac)) / n.length_squared()).clamp(0.0, 1.0);
-            DVec2::new(v, (n.dot(ab.cross(p)) / n.length_squared()).clamp(0.0, 1.0 - v))
+            let per_nn = n.length_squared().recip();
+            // A triangle without area has no weights.
+            if !per_nn.is_finite() {
+                return DVec2::ZERO;
+            }
+            let v = (n.dot(p.cross(ac)) * per_nn).clamp(0.0, 1.0);
+            DVec2::new(v, (n.dot(ab.cross(p)) * per_nn).clamp(0.0, 1.0 - v))
         });
         self.surface(point, primitive, barycentric).normal
     }

@@ -33,8 +33,15 @@ impl Cells {
             let side = extent / cells;
             let size = ((bounds.max - bounds.min) / side).floor().as_usizevec3() + 2;
             let (cells_of, empty) = (size.as_dvec3(), Vec::new());
-            let mut grid =
-                Self { bounds, per_cell: side.recip(), size, cells: cells_of, filled: empty, starts: Vec::new(), parts: Vec::new() };
+            let mut grid = Self {
+                bounds,
+                per_cell: side.recip(),
+                size,
+                cells: cells_of,
+                filled: empty,
+                starts: Vec::new(),
+                parts: Vec::new(),
+            };
             match grid.filling(boxes, &may_hold) {
                 Some(filling) => {
                     grid.fill(filling);

@@ -315,7 +315,8 @@ impl Search<'_> {
         let mut order: Vec<(&Piece, bool)> = a.iter().map(|p| (p, false)).chain(b.iter().map(|p| (p, true))).collect();
         order.sort_by(|(p, _), (q, _)| start(p).total_cmp(&start(q)));
         for (k, (p, of_b)) in order.iter().enumerate() {
-            for (q, _) in order[k + 1..].iter().take_while(|(q, _)| start(q) <= end(p)).filter(|(_, o)| b.is_empty() || o != of_b) {
+            for (q, _) in order[k + 1..].iter().take_while(|(q, _)| start(q) <= end(p)).filter(|(_, o)| b.is_empty() || o != of_b)
+            {
                 self.pairs += 1;
                 if self.pairs > MOST_PAIRS || self.zones.len() > MOST_ZONES {
                     return;
