@@ -2,6 +2,7 @@
 //!
 //! `BHS_KILLS=200 cargo test --release --test signals` kills it 200 times with each signal; a few times by default.
 #![cfg(unix)]
+#![allow(clippy::print_stderr, reason = "tests say what they skip")]
 
 mod common;
 

@@ -4,6 +4,8 @@
 //! surface. Of each solid it is known whether the ray is inside: it must not enter one that it is in, leave one that it is not in, or
 //! leave the room.
 
+#![allow(clippy::print_stderr, reason = "tests say what they measured")]
+
 mod common;
 
 use bhs::lang::BuiltScene;

@@ -234,7 +234,8 @@ fn beside_start(start: &End, segment: &Segment, corners: [DVec3; 3], normal: DVe
     let rounding = ON_FACET * a.abs().max(b.abs()).max(c.abs()).max(start.point.abs()).max_element();
     let across = start.normal.dot(segment.direction);
     let t = normal.dot(a - segment.origin) / normal.dot(segment.direction);
-    if !((t * across).abs() <= rounding) {
+    let off_plane = (t * across).abs();
+    if off_plane.is_nan() || off_plane > rounding {
         return None;
     }
     let side = start.normal * across.signum();
