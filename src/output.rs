@@ -1,6 +1,6 @@
 //! Files that the program writes: each appears whole or not at all, and takes the place of nothing that it should not.
 //!
-//! A file is written beside its place under a name of its own ([`temporary`]), synced, and moved there. Its place is where the links of its
+//! A file is written beside its place under a name of its own (`temporary`), synced, and moved there. Its place is where the links of its
 //! name lead, so links stay, and it keeps the owner and the mode of the file that it replaces. Files that belong together are moved
 //! together, and go elsewhere together if there is no room ([`OutputSet`]). [`Plan`] compares all that is to be written with all that is read.
 

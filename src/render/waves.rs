@@ -7,7 +7,7 @@ use std::time::Duration;
 /// Samples of the longest wave: short enough for progress and interruptions, long enough for coherent work.
 const LONGEST_WAVE: u32 = 32;
 
-/// Number of a wave. Wave 0 is sample 0; each wave has as many samples as all before it, at most [`LONGEST_WAVE`].
+/// Number of a wave. Wave 0 is sample 0; each wave has as many samples as all before it, at most `LONGEST_WAVE`.
 ///
 /// A total that ends within a wave cuts it short and does not end it: what transports learn from it counts once all of it is done, so that
 /// going on with more samples gives the picture that as many samples would have given at once.

@@ -4,8 +4,8 @@
 //! parameter of a triangle's hit is good to some 1e-7 of the coordinates; analytic surfaces see the segment itself, in
 //! double precision. Both ends of a segment are rounded so: two chords that are to leave no gap must overlap by more.
 //!
-//! Where surfaces touch or nearly touch ([`crate::contacts`]) single precision cannot tell which comes first. A query that begins or ends
-//! there is answered exactly: the primitives that come so near to others are put to [`crate::exact`], all others to Embree.
+//! Where surfaces touch or nearly touch (`contacts`) single precision cannot tell which comes first. A query that begins or ends
+//! there is answered exactly: the primitives that come so near to others are put to `exact`, all others to Embree.
 //!
 //! An object that stands in the scene many times is an Embree scene of its own, instanced: its triangles and their hierarchy are
 //! there once.

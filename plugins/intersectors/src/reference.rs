@@ -2,7 +2,7 @@
 //! intersector against, and what is left where Embree cannot be had.
 //!
 //! Instances are taken apart: each of their triangles stands in the hierarchy, in render space. Everything is decided in double precision
-//! ([`crate::exact`]), so that rays always start exactly on the surface that they leave.
+//! (`exact`), so that rays always start exactly on the surface that they leave.
 //!
 //! ```bhs
 //! Option "string intersector" "reference"
