@@ -3,6 +3,7 @@
 use crate::image::{Frame, Picture};
 use crate::layers::Value;
 use crate::memory::{self, OutOfMemory};
+use crate::render::Wave;
 use bhs_core::camera::Film;
 use bhs_core::layer::Layer;
 use glam::DVec3;
@@ -116,9 +117,11 @@ impl Tile {
     pub fn restore(&mut self, bytes: &[u8]) -> Option<()> {
         let (head, numbers) = bytes.split_first_chunk::<12>()?;
         let [done, end, position] = [0, 4, 8].map(|at| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));
-        // A range under way has samples that are not done yet.
+        // A range under way is part of a wave, and has samples that are not done yet.
+        let is_of_wave = end <= done || Wave::of(done) == Wave::of(end - 1);
         let range = u64::from(end.saturating_sub(done)) * self.weights.len() as u64;
         if numbers.len() != 8 * (self.sums.len() + self.weights.len() + self.layers.len())
+            || !is_of_wave
             || (position > 0 && u64::from(position) >= range)
         {
             return None;

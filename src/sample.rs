@@ -24,6 +24,7 @@ pub(crate) struct CameraSample {
 
 impl CameraSample {
     /// The sample, and the path that is to be followed for it.
+    #[inline]
     pub fn new<'a>(
         job: &Job<'a>,
         wavelengths: &VisibleWavelengths,
@@ -47,6 +48,7 @@ impl CameraSample {
 
     /// Adds what `path` has found to the pixel's sums and returns the weight that it has there; `None`, and adds nothing, if it is not
     /// finite.
+    #[inline]
     pub fn add(&self, job: &Job, path: &PathSample, sums: &mut [f64], log: &mut TraceLog) -> Option<f64> {
         log.counters.paths += 1;
         // Weighted, as it is added: that may overflow too.
@@ -60,6 +62,7 @@ impl CameraSample {
     }
 
     /// The spectral radiance `radiance` at E = 1 as the observer measures it where the ray starts.
+    #[inline]
     pub fn received(&self, job: &Job, radiance: SampledSpectrum, log: &mut TraceLog) -> SampledSpectrum {
         match self.ratio {
             Some(1.0) => radiance,

@@ -126,7 +126,7 @@ pub struct TriangleMesh {
 
 impl TriangleMesh {
     /// The corners of a triangle.
-    #[inline]
+    #[inline(always)]
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         // Spelled out: `array::map` is not inlined everywhere.
         let corner = |v: u32| {
@@ -137,6 +137,17 @@ impl TriangleMesh {
         [corner(a), corner(b), corner(c)]
     }
 
+    /// The greatest coordinate of a triangle's corners: rounding grows with those, not only with the coordinates of a point.
+    #[inline]
+    fn magnitude(&self, triangle: u32) -> f64 {
+        let corner = |v: u32| {
+            let [x, y, z] = self.positions[v as usize].map(f32::abs);
+            x.max(y).max(z)
+        };
+        let [a, b, c] = self.triangles[triangle as usize];
+        f64::from(corner(a).max(corner(b)).max(corner(c)))
+    }
+
     /// The smallest box around the triangles.
     pub fn bounds(&self) -> Aabb {
         let positions = self.triangles.iter().flatten().map(|v| self.positions[*v as usize]);
@@ -144,6 +155,7 @@ impl TriangleMesh {
     }
 
     /// Normal and texture coordinates at barycentric coordinates `b` (weights of the second and third corner).
+    #[inline]
     pub fn surface(&self, triangle: u32, b: DVec2) -> SurfaceGeometry {
         let [p0, p1, p2] = self.corners(triangle);
         let mut normal = (p1 - p0).cross(p2 - p0).normalize();
@@ -264,7 +276,7 @@ impl Geometry {
     }
 
     /// The corners of a triangle, render space; `None` for an analytic surface.
-    #[inline]
+    #[inline(always)]
     pub fn corners(&self, triangle: u32) -> Option<[DVec3; 3]> {
         match self {
             Self::Mesh(mesh) => Some(mesh.corners(triangle)),
@@ -277,8 +289,7 @@ impl Geometry {
     #[inline]
     pub fn magnitude(&self, primitive: u32) -> f64 {
         match self {
-            // Rounding grows with the coordinates of the corners, not only with those of a point.
-            Self::Mesh(mesh) => mesh.corners(primitive).into_iter().fold(0.0f64, |m, c| m.max(c.abs().max_element())),
+            Self::Mesh(mesh) => mesh.magnitude(primitive),
             Self::Analytic(surface) => {
                 let b = surface.bounds();
                 b.min.abs().max(b.max.abs()).max_element()

@@ -42,6 +42,8 @@ pub struct SurfaceHit {
     pub primitive: u32,
     /// Weights of the triangle's second and third corner; zero for an analytic surface.
     pub barycentric: DVec2,
+    /// Whether other surfaces may be as near to the point as rounding: see [`crate::intersector::Intersector::is_crowded`].
+    pub is_crowded: bool,
 }
 
 impl SurfaceHit {

@@ -20,6 +20,8 @@ pub struct PrimitiveHit {
     pub geometry: u32,
     /// Index of the triangle in its mesh; 0 for an analytic surface.
     pub primitive: u32,
+    /// Whether other surfaces may be as near to it there as rounding: see [`Intersector::is_crowded`].
+    pub is_crowded: bool,
 }
 
 /// A triangle or an analytic surface, by its numbers in a [`PrimitiveHit`].
@@ -51,9 +53,10 @@ pub trait Intersector: Send + Sync {
     /// Whether anything is hit in the segment's range.
     fn blocked(&self, segment: &Segment) -> bool;
 
-    /// [`Intersector::closest`] of a segment whose origin lies on the primitive `leaving`: the first surface ahead. Surfaces that
-    /// coincide with that primitive at the origin are met, at 0, if they lie ahead in the order of coincident surfaces.
-    fn closest_from(&self, segment: &Segment, _leaving: Primitive) -> Option<PrimitiveHit> {
+    /// [`Intersector::closest`] of a segment that starts in a crowd: other surfaces may be as near to its origin as rounding. If that lies on
+    /// the primitive `leaving`: the first surface ahead; surfaces that coincide with that primitive at the origin are met, at 0, if they lie
+    /// ahead in the order of coincident surfaces.
+    fn closest_from(&self, segment: &Segment, _leaving: Option<Primitive>) -> Option<PrimitiveHit> {
         self.closest(segment)
     }
 
@@ -63,10 +66,10 @@ pub trait Intersector: Send + Sync {
         self.blocked(&Segment { t_max, ..*segment })
     }
 
-    /// Whether another surface may be as near to the point `point` of a primitive as rounding, so that rays have to start
+    /// Whether other surfaces may be as near to the point `point` of a surface as rounding, so that rays have to start
     /// exactly there, with [`Intersector::closest_from`]. Where it is not, a ray may be moved off its surface by
     /// [`Geometry::step_off`].
-    fn is_crowded(&self, _surface: Primitive, _point: DVec3) -> bool {
+    fn is_crowded(&self, _point: DVec3) -> bool {
         false
     }
 }

@@ -85,8 +85,8 @@ pub struct Vertex<'s> {
     /// Outer unit normal of the surface itself, in the shading frame.
     pub wn: Vec3,
     axes: [DVec3; 3],
-    /// Whether another surface may be as near as rounding.
-    is_crowded: bool,
+    /// See [`World::step_off`].
+    step_off: f64,
 }
 
 impl Vertex<'_> {
@@ -140,12 +140,14 @@ impl Vertex<'_> {
     /// The ray of the given footprint that leaves in the unit chart direction `direction`.
     #[inline]
     pub fn leave(&self, world: &World, direction: DVec3, footprint: f64) -> Ray {
-        Ray { footprint, ..world.leave(&self.hit, self.normal, direction, self.is_crowded) }
+        Ray { footprint, ..world.leave(&self.hit, self.normal, direction, self.step_off) }
     }
 }
 
 impl Scene {
+    // Inlined, for a vertex is large: what is returned would be copied.
     /// The vertex at `hit` of a path with the wavelengths `lambda` at E = 1; `None` where there is no static observer.
+    #[inline]
     pub fn vertex(&self, hit: SurfaceHit, lambda: &SampledWavelengths) -> Option<Vertex<'_>> {
         let observer = self.integrator.observer(&self.world, hit.point)?;
         let surface = self.world.surface(&hit);
@@ -174,7 +176,7 @@ impl Scene {
             wo: to_shading(wo),
             wn: to_shading(ng),
             axes,
-            is_crowded: self.world.is_crowded(&hit),
+            step_off: self.world.step_off(&hit),
         })
     }
 

@@ -101,6 +101,15 @@ impl TraceLog {
     /// Notes what happens to a path, if wanted.
     #[inline]
     pub fn note(&mut self, event: impl FnOnce() -> PathEvent) {
+        if self.path.is_some() {
+            self.keep(event);
+        }
+    }
+
+    /// Apart, so that what nobody wants takes no room where paths are followed.
+    #[cold]
+    #[inline(never)]
+    fn keep(&mut self, event: impl FnOnce() -> PathEvent) {
         if let Some(path) = &mut self.path {
             path.push(event());
         }

@@ -4,7 +4,7 @@ use crate::blackhole::BlackHole;
 use crate::clearance::Clearance;
 use crate::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
 use crate::integrator::{Ray, SurfaceHit};
-use crate::intersector::{Intersector, Primitive, PrimitiveHit};
+use crate::intersector::{Intersector, PrimitiveHit};
 use glam::{DVec2, DVec3};
 
 /// Geometry with its intersector, in render space.
@@ -84,17 +84,9 @@ impl World {
     }
 
     /// The surface around a hit.
+    #[inline]
     pub fn surface(&self, hit: &SurfaceHit) -> SurfaceGeometry {
         self.geometries[hit.geometry as usize].surface(hit.point, hit.primitive, hit.barycentric)
-    }
-
-    /// The first surface along a segment that leaves the primitive `leaving` at its origin, if any.
-    #[inline]
-    pub fn closest(&self, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
-        match leaving {
-            None => self.intersector.closest(segment),
-            Some(primitive) => self.intersector.closest_from(segment, primitive),
-        }
     }
 
     /// A ray that leaves the surface point `hit` in the chart direction `direction`.
@@ -102,25 +94,31 @@ impl World {
     /// Where no other surface is near, it starts a little off the surface, on the side of the (geometric, chart) normal that it
     /// points to, so that single precision does not find that surface again. Where one may be as near as that
     /// ([`Intersector::is_crowded`]), it starts on the surface and says which it leaves.
-    pub fn spawn(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3) -> Ray {
-        self.leave(hit, normal, direction, self.is_crowded(hit))
-    }
-
-    /// Whether another surface may be as near to a point of a surface as rounding.
     #[inline]
-    pub fn is_crowded(&self, hit: &SurfaceHit) -> bool {
-        self.intersector.is_crowded(hit.primitive(), hit.point)
+    pub fn spawn(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3) -> Ray {
+        self.leave(hit, normal, direction, self.step_off(hit))
     }
 
-    /// [`World::spawn`] at a point of which [`World::is_crowded`] is known.
-    pub fn leave(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3, is_crowded: bool) -> Ray {
-        let geometry = &self.geometries[hit.geometry as usize];
-        if is_crowded {
-            let origin = geometry.inner_point(hit.primitive, hit.point, hit.barycentric);
-            return Ray { leaving: Some(hit.primitive()), ..Ray::new(origin, direction) };
+    /// How far off the surface rays start that leave `hit` (scene units); 0 where they start on it.
+    #[inline]
+    pub fn step_off(&self, hit: &SurfaceHit) -> f64 {
+        if hit.is_crowded { 0.0 } else { self.geometries[hit.geometry as usize].step_off(hit.primitive) }
+    }
+
+    /// [`World::spawn`] at a point of which [`World::step_off`] is known.
+    #[inline]
+    pub fn leave(&self, hit: &SurfaceHit, normal: DVec3, direction: DVec3, step_off: f64) -> Ray {
+        if hit.is_crowded {
+            return self.leave_crowd(hit, direction);
         }
         let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
-        Ray::new(hit.point + side * geometry.step_off(hit.primitive), direction)
+        Ray::new(hit.point + side * step_off, direction)
+    }
+
+    #[cold]
+    fn leave_crowd(&self, hit: &SurfaceHit, direction: DVec3) -> Ray {
+        let origin = self.geometries[hit.geometry as usize].inner_point(hit.primitive, hit.point, hit.barycentric);
+        Ray { leaving: Some(hit.primitive()), ..Ray::new(origin, direction) }
     }
 }
 

@@ -101,6 +101,8 @@ pub struct Chords<'w> {
     before: Option<DVec3>,
     /// What the ray leaves, if it begins exactly on a surface.
     leaving: Option<Departure>,
+    /// Where the first chord was cut, if it was (rad): see [`Chords::off_surface`].
+    cut: f64,
 }
 
 /// How a ray leaves the surface on which it begins.
@@ -122,7 +124,7 @@ impl<'w> Chords<'w> {
     /// the ray begins there.
     pub(crate) fn on(world: &'w World, rs: f64, plane: OrbitPlane, angle: f64, last: Place, before: Option<DVec3>) -> Self {
         let (bounds, u_bound) = surroundings(world);
-        Self { world, plane, rs, angle, bounds, u_bound, begin: 0.0, last, before, leaving: None }
+        Self { world, plane, rs, angle, bounds, u_bound, begin: 0.0, last, before, leaving: None, cut: f64::NAN }
     }
 
     /// The same, if the ray begins exactly on the surface of `leaving` and goes in the direction `launch`.
@@ -170,6 +172,7 @@ impl<'w> Chords<'w> {
             let until = if from.u > self.u_bound && to.u < NEARBY * self.u_bound { self.nearby(step, &from, to) } else { to };
             let cut = if from.phi == self.begin { self.off_surface(step, &from, &until) } else { None };
             self.last = cut.unwrap_or(to);
+            self.cut = cut.map_or(self.cut, |cut| cut.phi);
             phi = self.last.phi;
             let to = cut.unwrap_or(until);
             if to.u <= 0.0 {
@@ -306,9 +309,14 @@ impl<'w> Chords<'w> {
         };
         log.counters.queries += 1;
         let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
-        // Only the chord on which the ray begins leaves anything.
+        // Only the chord on which the ray begins leaves anything; the next may begin as near to the surface.
         let leaving = self.leaving.filter(|_| span.before.is_none() && span.from.phi == self.begin && enter == 0.0);
-        let hit = self.world.closest(&segment, leaving.map(|l| l.primitive))?;
+        let intersector = &self.world.intersector;
+        let hit = match leaving {
+            Some(leaving) => intersector.closest_from(&segment, Some(leaving.primitive)),
+            None if span.from.phi == self.cut => intersector.closest_from(&segment, None),
+            None => intersector.closest(&segment),
+        }?;
         if leaving.is_some() {
             // As near as this to where the ray begins its chord strays from it by less than rounding.
             let located = self.world.locate(&segment, &hit);
@@ -410,7 +418,8 @@ impl<'w> Chords<'w> {
         let on_side = along * chord.dot(facet.normal) > 0.0;
         let direction = if on_side { tangent } else { tangent - facet.normal * (2.0 * along / facet.normal.length_squared()) };
         let &PrimitiveHit { geometry, primitive, .. } = hit;
-        Some(SurfaceHit { point: met.point, direction, geometry, primitive, barycentric: met.barycentric })
+        let is_crowded = self.world.intersector.is_crowded(met.point);
+        Some(SurfaceHit { point: met.point, direction, geometry, primitive, barycentric: met.barycentric, is_crowded })
     }
 
     /// How far from where its chord, which sweeps `swept`, meets a surface an orbit may meet it.
@@ -442,7 +451,7 @@ impl<'w> Chords<'w> {
         let Some(before) = span.before else { return false };
         let (geometry, primitive) = (hit.geometry, hit.primitive);
         let (point, barycentric) = (located.point, located.barycentric);
-        let normal = self.world.surface(&SurfaceHit { point, direction: way, geometry, primitive, barycentric }).normal;
+        let normal = self.world.geometries[geometry as usize].surface(point, primitive, barycentric).normal;
         before.dot(normal) * way.dot(normal) <= 0.0
     }
 
@@ -455,6 +464,7 @@ impl<'w> Chords<'w> {
             geometry: hit.geometry,
             primitive: hit.primitive,
             barycentric,
+            is_crowded: self.world.intersector.is_crowded(point),
         };
         // The side that the chord came from: where it met the surface, for a curved one may have turned away between there and here.
         let side = self.world.surface(&at(located.point, chord, located.barycentric)).normal.dot(chord);

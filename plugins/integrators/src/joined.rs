@@ -107,7 +107,7 @@ impl Connections for Joined {
         let (plane, state) = OrbitPlane::of_ray(hole.center, x, connection.launch);
         let chords = Chords::new(world, hole, plane, start.origin, &state, course.chord);
         let mut chords = chords.leaving(start.leaving, connection.launch);
-        let target = target.filter(|target| world.intersector.is_crowded(*target, y));
+        let target = target.filter(|_| world.intersector.is_crowded(y));
         let mut orbit = TaylorOrbit::new(hole.rs, state, course.error);
         loop {
             let (step, fate) = orbit.advance();
@@ -178,7 +178,7 @@ impl Joined {
         let r = from_center.length();
         let sin = connection.arrival.cross(from_center).length() / r;
         let end = connection.phi - close(from, to) * sin / r;
-        let is_exact = start.leaving.is_some() || target.is_some_and(|target| world.intersector.is_crowded(target, to));
+        let is_exact = start.leaving.is_some() || (target.is_some() && world.intersector.is_crowded(to));
         Course { from, direction: connection.launch, origin: start.origin, chord, error: ORBIT_ERROR, end, is_exact }
     }
 }

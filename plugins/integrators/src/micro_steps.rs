@@ -45,8 +45,12 @@ pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, log: &mut Tra
             let normal = world.geometries[own.geometry as usize].normal(own.primitive, from);
             normal.dot(way) * normal.dot(ray.direction) <= 0.0
         });
-        let own = own.map(|own| PrimitiveHit { t: 0.0, geometry: own.geometry, primitive: own.primitive });
-        if let Some(hit) = own.or_else(|| world.closest(&segment, leaving)) {
+        let own = own.map(|own| PrimitiveHit { t: 0.0, geometry: own.geometry, primitive: own.primitive, is_crowded: true });
+        let ahead = || match leaving {
+            None => world.intersector.closest(&segment),
+            Some(_) => world.intersector.closest_from(&segment, leaving),
+        };
+        if let Some(hit) = own.or_else(ahead) {
             let located = world.locate(&segment, &hit);
             log.counters.hit += 1;
             log.phi = plane.angle(step.start.phi, from, located.point);
@@ -57,6 +61,7 @@ pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, log: &mut Tra
                 geometry: hit.geometry,
                 primitive: hit.primitive,
                 barycentric: located.barycentric,
+                is_crowded: hit.is_crowded,
             });
         }
         log.phi = end.phi;

@@ -61,7 +61,7 @@ impl Default for Hits {
     #[inline(always)]
     fn default() -> Self {
         let segment = Segment { origin: DVec3::ZERO, direction: DVec3::ZERO, t_min: 0.0, t_max: 0.0 };
-        let hit = PrimitiveHit { t: 0.0, geometry: 0, primitive: 0 };
+        let hit = PrimitiveHit { t: 0.0, geometry: 0, primitive: 0, is_crowded: false };
         Self {
             touched: 0,
             asked: Asked::nothing(),
@@ -139,7 +139,7 @@ impl Packet<'_> {
             };
             log.counters.queries += 1;
             let segment = Segment { origin: from + way * enter, direction: way, t_min: 0.0, t_max: leave - enter };
-            if let Some(hit) = self.world.closest(&segment, None) {
+            if let Some(hit) = self.world.intersector.closest(&segment) {
                 hits.note(self.world, i, segment, enter, hit);
                 meets |= 1 << i;
             }
@@ -250,7 +250,8 @@ impl Packet<'_> {
             let PrimitiveHit { geometry, primitive, .. } = hits.chords[i].2;
             let (point, direction) = (DVec3::new(x[i], y[i], z[i]), DVec3::new(dx[i], dy[i], dz[i]));
             let barycentric = DVec2::new(v[i], w[i]);
-            self.arrive(i, SurfaceHit { point, direction, geometry, primitive, barycentric }, phi[i], log);
+            let is_crowded = self.world.intersector.is_crowded(point);
+            self.arrive(i, SurfaceHit { point, direction, geometry, primitive, barycentric, is_crowded }, phi[i], log);
         }
         bits
     }

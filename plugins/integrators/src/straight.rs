@@ -32,7 +32,11 @@ impl Integrator for Straight {
         log.phi = 0.0;
         log.point(ray.origin);
         let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
-        let Some(hit) = world.closest(&segment, ray.leaving) else {
+        let hit = match ray.leaving {
+            None => world.intersector.closest(&segment),
+            Some(_) => world.intersector.closest_from(&segment, ray.leaving),
+        };
+        let Some(hit) = hit else {
             log.counters.escaped += 1;
             return Arrival::Sky(ray.direction);
         };
@@ -45,6 +49,7 @@ impl Integrator for Straight {
             geometry: hit.geometry,
             primitive: hit.primitive,
             barycentric: located.barycentric,
+            is_crowded: hit.is_crowded,
         })
     }
 

@@ -14,8 +14,9 @@ pub(crate) struct Cells {
     bounds: Aabb,
     per_cell: f64,
     size: USizeVec3,
-    /// The same as numbers.
-    cells: DVec3,
+    /// The same, and what is added to a point's coordinates in cells, so that rounding gives its cell.
+    counts: [u32; 3],
+    start: DVec3,
     /// A bit for each cell that has parts: small enough to stay at hand.
     filled: Vec<u64>,
     /// Of each cell, where its parts begin in `parts`; x fastest.
@@ -32,13 +33,13 @@ impl Cells {
         loop {
             let side = extent / cells;
             let size = ((bounds.max - bounds.min) / side).floor().as_usizevec3() + 2;
-            let (cells_of, empty) = (size.as_dvec3(), Vec::new());
             let mut grid = Self {
                 bounds,
                 per_cell: side.recip(),
                 size,
-                cells: cells_of,
-                filled: empty,
+                counts: size.to_array().map(|n| n as u32),
+                start: -bounds.min / side - 0.5,
+                filled: Vec::new(),
                 starts: Vec::new(),
                 parts: Vec::new(),
             };
@@ -111,15 +112,16 @@ impl Cells {
     /// The parts that may hold a point.
     #[inline(always)]
     pub(crate) fn at(&self, point: DVec3) -> &[u32] {
-        // Adding this rounds to the nearest whole number, and leaves it in the lowest bits.
+        // Adding this rounds to the nearest whole number, and leaves it in the lowest bits. Far outside those may be those of a cell: whoever
+        // asks looks at its parts.
         const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
-        let p = (point - self.bounds.min) * self.per_cell;
-        let inside = (p.cmpge(DVec3::ZERO) & p.cmplt(self.cells)).all();
-        if !inside {
+        let p = point.mul_add(DVec3::splat(self.per_cell), self.start) + ROUND;
+        let [x, y, z] = p.to_array().map(|c| c.to_bits() as u32);
+        let [nx, ny, nz] = self.counts;
+        if x >= nx || y >= ny || z >= nz {
             return &[];
         }
-        let [x, y, z] = ((p - 0.5) + ROUND).to_array().map(|c| c.to_bits() as u32 as usize);
-        let i = self.index(USizeVec3::new(x, y, z));
+        let i = ((z * ny + y) * nx + x) as usize;
         match self.filled.get(i / 64) {
             Some(bits) if bits >> (i % 64) & 1 == 1 => &self.parts[self.starts[i] as usize..self.starts[i + 1] as usize],
             _ => &[],

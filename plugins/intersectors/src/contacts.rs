@@ -128,28 +128,16 @@ impl Contacts {
         bits.is_some_and(|bits| bits >> (p.primitive % 64) & 1 == 1)
     }
 
-    /// Whether a point of a primitive lies in a zone.
+    /// Whether a point lies in a zone.
     #[inline(always)]
-    pub(crate) fn is_crowded(&self, p: Primitive, point: DVec3) -> bool {
+    pub(crate) fn is_crowded(&self, point: DVec3) -> bool {
         let near = self.cells.at(point);
-        !near.is_empty() && self.is_among(near, p, point)
-    }
-
-    /// Whether a point lies in any zone.
-    #[inline(always)]
-    pub(crate) fn holds(&self, point: DVec3) -> bool {
-        let near = self.cells.at(point);
-        !near.is_empty() && self.is_in_any(near, point)
+        !near.is_empty() && self.is_among(near, point)
     }
 
     #[inline(never)]
-    fn is_in_any(&self, zones: &[u32], point: DVec3) -> bool {
+    fn is_among(&self, zones: &[u32], point: DVec3) -> bool {
         zones.iter().any(|zone| self.zones[*zone as usize].holds(point))
-    }
-
-    #[inline(never)]
-    fn is_among(&self, zones: &[u32], p: Primitive, point: DVec3) -> bool {
-        self.involves(p) && zones.iter().any(|zone| self.zones[*zone as usize].holds(point))
     }
 
     /// The primitives that have zones, and their neighbours.

@@ -21,7 +21,7 @@
 
 use crate::contacts::Contacts;
 use crate::exact::Exact;
-use crate::single::{Room, Scale, clamp};
+use crate::single::{Room, Scale, UNWRITTEN, clamp};
 use bhs_core::Plugin;
 use bhs_core::geometry::{Aabb, Analytic, Geometry, Segment, TriangleMesh};
 use bhs_core::instance::Object;
@@ -299,26 +299,25 @@ const _: () = assert!(size_of::<RTCRayQueryContext>() <= size_of::<[u32; 8]>());
 impl Intersector for Scene {
     fn closest(&self, segment: &Segment) -> Option<PrimitiveHit> {
         let found = self.find(segment, None);
-        match &self.crowds {
-            Some(crowds) if crowds.is_in_doubt(segment, found.as_ref()) => self.closest_exactly(crowds, segment, None),
-            _ => found,
-        }
+        let Some(crowds) = &self.crowds else { return found };
+        if crowds.is_in_doubt(segment, found.as_ref()) { self.closest_exactly(crowds, segment, None) } else { found }
     }
 
     fn blocked(&self, segment: &Segment) -> bool {
         self.find_any(segment, None) || self.slips_through(segment)
     }
 
-    fn closest_from(&self, segment: &Segment, leaving: Primitive) -> Option<PrimitiveHit> {
+    fn closest_from(&self, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
         match &self.crowds {
-            Some(crowds) => self.closest_exactly(crowds, segment, Some(leaving)),
+            Some(crowds) => self.closest_exactly(crowds, segment, leaving),
             None => self.closest(segment),
         }
     }
 
     fn blocked_between(&self, segment: &Segment, ends: Ends) -> bool {
         if let Some(crowds) = &self.crowds {
-            let end_is_crowded = || ends.target.is_some_and(|p| crowds.contacts.is_crowded(p, segment.at(segment.t_max)));
+            let is_crowded = |p| crowds.contacts.involves(p) && crowds.contacts.is_crowded(segment.at(segment.t_max));
+            let end_is_crowded = || ends.target.is_some_and(is_crowded);
             if ends.leaving.is_some() || end_is_crowded() {
                 return self.blocked_exactly(crowds, segment, ends);
             }
@@ -326,8 +325,8 @@ impl Intersector for Scene {
         self.blocked(&shortened(segment, ends))
     }
 
-    fn is_crowded(&self, surface: Primitive, point: DVec3) -> bool {
-        self.crowds.as_ref().is_some_and(|crowds| crowds.contacts.is_crowded(surface, point))
+    fn is_crowded(&self, point: DVec3) -> bool {
+        self.crowds.as_ref().is_some_and(|crowds| crowds.contacts.is_crowded(point))
     }
 }
 
@@ -337,16 +336,11 @@ fn shortened(segment: &Segment, ends: Ends) -> Segment {
 }
 
 impl Crowds {
-    /// Whether something else than what was `found` may come first: another surface near that or near the start, or one where surfaces meet at edges that
+    /// Whether something else than what was `found` may come first: another surface near that, or one where surfaces meet at edges that
     /// they do not share, between which single precision may have let the segment through.
     #[inline]
     fn is_in_doubt(&self, segment: &Segment, found: Option<&PrimitiveHit>) -> bool {
-        let near = |hit: &PrimitiveHit| {
-            let primitive = Primitive { geometry: hit.geometry, primitive: hit.primitive };
-            self.contacts.is_crowded(primitive, segment.at(hit.t))
-        };
-        found.is_some_and(near)
-            || self.contacts.holds(segment.origin)
+        found.is_some_and(|hit| self.contacts.is_crowded(segment.at(hit.t)))
             || self.contacts.may_slip_through(&Segment { t_max: found.map_or(segment.t_max, |hit| hit.t), ..*segment })
     }
 }
@@ -355,8 +349,8 @@ impl Scene {
     /// What Embree finds first, leaving out the primitives of `without`.
     #[inline(always)]
     fn find(&self, segment: &Segment, without: Option<&Contacts>) -> Option<PrimitiveHit> {
-        let (ray, scale) = self.room.cast(segment)?;
-        let mut found = RayHit { known: RTCRayHit { ray, hit: RTCHit::default() }, _room: [0; 4] };
+        let mut found = RayHit { known: RTCRayHit { ray: UNWRITTEN, hit: RTCHit::default() }, _room: [0; 4] };
+        let scale = self.room.cast(segment, &mut found.known.ray)?;
         let target = (&raw mut found).cast();
         let mut nearest = None;
         if self.surfaces.is_empty() && without.is_none() {
@@ -382,13 +376,15 @@ impl Scene {
         // Embree's parameter is that of the nearest analytic surface exactly if no triangle is nearer.
         let t = nearest.filter(|t| scale.tfar(*t) == ray.tfar).unwrap_or_else(|| scale.t(ray.tfar));
         let Primitive { geometry, primitive } = primitive_of(hit);
-        Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry, primitive })
+        // In an exact query what Embree finds may have neighbours that are in a crowd.
+        Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry, primitive, is_crowded: without.is_some() })
     }
 
     /// Whether Embree finds anything, leaving out the primitives of `without`.
     #[inline(always)]
     fn find_any(&self, segment: &Segment, without: Option<&Contacts>) -> bool {
-        let Some((mut ray, scale)) = self.room.cast(segment) else { return false };
+        let mut ray = UNWRITTEN;
+        let Some(scale) = self.room.cast(segment, &mut ray) else { return false };
         if self.surfaces.is_empty() && without.is_none() {
             // SAFETY: the scene is committed; null arguments mean the defaults.
             unsafe { rtcOccluded1(self.scene.0, &mut ray, ptr::null_mut()) };

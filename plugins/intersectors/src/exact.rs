@@ -54,7 +54,7 @@ struct Met {
 impl Met {
     fn hit(&self) -> PrimitiveHit {
         let Primitive { geometry, primitive } = self.primitive;
-        PrimitiveHit { t: self.t, geometry, primitive }
+        PrimitiveHit { t: self.t, geometry, primitive, is_crowded: true }
     }
 }
 

@@ -51,15 +51,15 @@ impl Intersector for Hierarchy {
         self.0.blocked(segment, Ends::default())
     }
 
-    fn closest_from(&self, segment: &Segment, leaving: Primitive) -> Option<PrimitiveHit> {
-        self.0.closest(segment, Some(leaving))
+    fn closest_from(&self, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
+        self.0.closest(segment, leaving)
     }
 
     fn blocked_between(&self, segment: &Segment, ends: Ends) -> bool {
         self.0.blocked(segment, ends)
     }
 
-    fn is_crowded(&self, _: Primitive, _: DVec3) -> bool {
+    fn is_crowded(&self, _: DVec3) -> bool {
         true
     }
 }

@@ -64,24 +64,28 @@ impl Room {
         RTCBounds { lower_x, lower_y, lower_z, align0: 0.0, upper_x, upper_y, upper_z, align1: 0.0 }
     }
 
-    /// The segment as a ray; None if it is no piece of a line, or passes the scene.
+    /// Writes the segment to `ray`; None if it is no piece of a line, or passes the scene.
+    ///
+    /// It is written where Embree reads it, number by number: a copy of numbers just written, made in larger pieces, has to wait for them.
     #[inline(always)]
-    pub fn cast(&self, segment: &Segment) -> Option<(RTCRay, Scale)> {
+    pub fn cast(&self, segment: &Segment, ray: &mut RTCRay) -> Option<Scale> {
         let Segment { origin, direction, t_min, t_max } = *segment;
         // Each comparison fails for what is not a number.
         let is_near = origin.abs().cmple(DVec3::splat(NEAR * self.extent)).all() && t_min >= 0.0;
         let size = direction.abs();
         let is_sensible = size.cmple(DVec3::splat(1e6)).all() && size.cmpge(DVec3::splat(1e-6)).any();
         if is_near && is_sensible {
-            return (t_min <= t_max).then(|| (ray(origin, direction, t_min, t_max), Scale::SAME));
+            write(ray, origin, direction, [t_min, t_max]);
+            return (t_min <= t_max).then_some(Scale::SAME);
         }
-        self.cast_unusual(segment)
+        self.cast_unusual(segment, ray)
     }
 
     /// As [`Room::cast`], for a segment that starts far off or behind its origin, or has an extreme direction: it is cut to the
     /// room and stretched to a sensible direction in double precision.
     #[cold]
-    fn cast_unusual(&self, segment: &Segment) -> Option<(RTCRay, Scale)> {
+    #[inline(never)]
+    fn cast_unusual(&self, segment: &Segment, ray: &mut RTCRay) -> Option<Scale> {
         let Segment { origin, direction, t_min, t_max } = *segment;
         let unit = direction.abs().max_element().recip();
         let is_piece = origin.is_finite() && direction.is_finite() && unit.is_finite() && t_min <= t_max;
@@ -90,13 +94,30 @@ impl Room {
         }
         let (start, end) = self.bounds.clip(origin, direction, t_min, t_max)?;
         let origin = segment.at(start);
-        let scale = Scale { start, unit };
-        origin.is_finite().then(|| (ray(origin, direction * unit, 0.0, (end - start) / unit), scale))
+        write(ray, origin, direction * unit, [0.0, (end - start) / unit]);
+        origin.is_finite().then_some(Scale { start, unit })
     }
 }
 
-fn ray(origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> RTCRay {
-    let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) = (origin.as_vec3().to_array(), direction.as_vec3().to_array());
-    let (tnear, tfar) = (t_min as f32, t_max as f32);
-    RTCRay { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time: 0.0, tfar, mask: u32::MAX, id: 0, flags: 0 }
+/// A ray that is to be written.
+pub const UNWRITTEN: RTCRay = RTCRay {
+    org_x: 0.0,
+    org_y: 0.0,
+    org_z: 0.0,
+    tnear: 0.0,
+    dir_x: 0.0,
+    dir_y: 0.0,
+    dir_z: 0.0,
+    time: 0.0,
+    tfar: 0.0,
+    mask: u32::MAX,
+    id: 0,
+    flags: 0,
+};
+
+#[inline(always)]
+fn write(ray: &mut RTCRay, origin: DVec3, direction: DVec3, [t_min, t_max]: [f64; 2]) {
+    [ray.org_x, ray.org_y, ray.org_z] = origin.as_vec3().to_array();
+    [ray.dir_x, ray.dir_y, ray.dir_z] = direction.as_vec3().to_array();
+    (ray.tnear, ray.tfar) = (t_min as f32, t_max as f32);
 }

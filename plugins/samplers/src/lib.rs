@@ -32,7 +32,7 @@ mod tests {
     fn samplers() -> [(&'static str, Box<dyn Sampler>); 3] {
         [
             ("independent", Box::new(super::independent::Independent { samples: 16, seed: 7 })),
-            ("sobol", Box::new(super::sobol::Sobol { samples: 16, seed: 7 })),
+            ("sobol", Box::new(super::sobol::Sobol::new(16, 7))),
             ("stratified", Box::new(super::stratified::Stratified { grid: [4, 4], jitter: true, seed: 7 })),
         ]
     }
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn more_than_the_table_of_samples_still_differ() {
-        let sobol = super::sobol::Sobol { samples: 16, seed: 7 };
+        let sobol = super::sobol::Sobol::new(16, 7);
         assert_ne!(sobol.numbers([1, 1], 0, 0), sobol.numbers([1, 1], 1 << 16, 0));
     }
 }

@@ -88,8 +88,7 @@ impl Stretch {
     /// The unit chart direction of a measured direction.
     #[inline]
     pub fn chart_direction(&self, local: DVec3) -> DVec3 {
-        let chart = if self.keeps_directions() { local } else { self.stretched(local, self.inverses) };
-        chart.normalize()
+        if self.keeps_directions() { normalized(local) } else { self.stretched(local, self.inverses).normalize() }
     }
 
     /// The unit measured normal of a surface with the given unit chart normal.
@@ -125,6 +124,14 @@ impl Stretch {
         let length = self.apply(d).length();
         self.volume_factor() / (length * length * length)
     }
+}
+
+/// The unit vector along `v`. Of one that has the length 1 but for the rounding of single precision, as directions that materials choose,
+/// by the series of the root, to all digits: it takes a third of the time of a root and a division.
+#[inline]
+fn normalized(v: DVec3) -> DVec3 {
+    let over = v.length_squared() - 1.0;
+    if over.abs() < 4e-6 { v * (1.0 - over * (0.5 - over * (0.375 - over * 0.3125))) } else { v.normalize() }
 }
 
 /// Eigenvalues and unit eigenvectors of a symmetric matrix, by Jacobi's rotations.
@@ -185,6 +192,16 @@ mod tests {
         assert!((root.volume_factor() - gamma().determinant().sqrt()).abs() < 1e-13);
         assert!(Stretch::of_metric(DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0))).is_none());
         assert_eq!(Stretch::of_metric(DMat3::IDENTITY).unwrap().apply(DVec3::X), DVec3::X);
+    }
+
+    /// To the last digit but one, on both sides of where the series ends.
+    #[test]
+    fn nearly_unit_vectors_become_unit_vectors() {
+        let unit = DVec3::new(0.48, -0.64, 0.6);
+        for length in [1.0, 1.0 + 1e-9, 1.0 - 6e-8, 1.0 + 1.9e-6, 1.0 - 1.9e-6, 1.0 + 2.1e-6, 0.5, 3.0] {
+            let error = (Stretch::IDENTITY.chart_direction(unit * length) - unit).length();
+            assert!(error <= 4e-16, "{length}: {error}");
+        }
     }
 
     #[test]
