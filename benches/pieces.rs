@@ -99,7 +99,16 @@ fn connections(criterion: &mut Criterion) {
     for (name, connections) in [("straight", &Straight as &dyn Connections), ("a pair around the hole", connections)] {
         group.bench_function(name, |b| {
             b.iter(|| {
-                points.chunks_exact(2).map(|p| connections.connect(world, p[0], p[1], 0).iter().flatten().count()).sum::<usize>()
+                points
+                    .chunks_exact(2)
+                    .map(|p| {
+                        connections
+                            .connect(world, bhs_core::spacetime::Place::near(p[0]), bhs_core::spacetime::Place::near(p[1]), 0)
+                            .iter()
+                            .flatten()
+                            .count()
+                    })
+                    .sum::<usize>()
             })
         });
     }

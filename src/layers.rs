@@ -9,6 +9,7 @@ use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
 use bhs_core::layer::Layer;
 use bhs_core::material::Shading;
 use bhs_core::scene::{Scene, Vertex};
+use bhs_core::spacetime::Place;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use glam::DVec3;
@@ -62,7 +63,7 @@ impl Seen<'_> {
             Layer::Queries => Some(scalar(self.queries as f64)),
             Layer::Outcome => match self.arrival {
                 Arrival::Surface(_) => Some([1.0, 0.0, 0.0]),
-                Arrival::Sky(_) => Some([0.0, 1.0, 0.0]),
+                Arrival::Sky(..) => Some([0.0, 1.0, 0.0]),
                 Arrival::Hole => Some([0.0, 0.0, 1.0]),
                 Arrival::OutOfSteps => None,
             },
@@ -118,7 +119,7 @@ impl Seen<'_> {
         let start = (self.ray.origin - hole.center).length();
         let (end, leaves) = match self.arrival {
             Arrival::Surface(h) => ((h.point - hole.center).length(), outward(h.point, h.direction)),
-            Arrival::Sky(_) => (f64::INFINITY, true),
+            Arrival::Sky(..) => (f64::INFINITY, true),
             Arrival::Hole => return Some(hole.rs),
             Arrival::OutOfSteps => return None,
         };
@@ -133,8 +134,8 @@ impl Seen<'_> {
     /// `g = nu_observed / nu_emitted`: the clock rate where the light comes from over that at the camera.
     fn redshift(&self) -> Option<f64> {
         let emitted = match self.arrival {
-            Arrival::Surface(hit) => self.scene.observer(hit.point)?.ratio(hit.direction),
-            Arrival::Sky(_) => 1.0,
+            Arrival::Surface(hit) => self.scene.observer(self.scene.world.place_of(&hit))?.ratio(hit.direction),
+            Arrival::Sky(..) => 1.0,
             Arrival::Hole | Arrival::OutOfSteps => return None,
         };
         Some(emitted / self.camera_ratio())
@@ -142,7 +143,7 @@ impl Seen<'_> {
 
     /// Wavelength where the ray starts over wavelength at E = 1.
     fn camera_ratio(&self) -> f64 {
-        self.scene.observer(self.ray.origin).map_or(1.0, |o| o.ratio(self.ray.direction))
+        self.scene.observer(Place { x: self.ray.origin, side: self.ray.side }).map_or(1.0, |o| o.ratio(self.ray.direction))
     }
 }
 

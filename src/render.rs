@@ -19,7 +19,7 @@ use crate::progress::Progress;
 use crate::sample::CameraSample;
 use crate::signals::{Signals, StopSignal};
 use arrayvec::ArrayVec;
-use bhs_core::camera::{Camera, Film, Filter};
+use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::integrator::Ray;
 use bhs_core::layer::Layer;
 use bhs_core::sampling::{SampleStream, Sampler};
@@ -36,6 +36,8 @@ pub struct Job<'a> {
     pub scene: &'a Scene,
     /// Where it is seen from.
     pub camera: &'a dyn Camera,
+    /// How that stands there.
+    pub viewpoint: Viewpoint,
     /// What records it.
     pub film: &'a dyn Film,
     /// Where samples of a pixel go.
@@ -52,6 +54,7 @@ impl<'a> Job<'a> {
         Self {
             scene: &built.scene,
             camera: &*built.camera,
+            viewpoint: built.viewpoint,
             film: &*built.film,
             filter: &*built.filter,
             sampler: &*built.sampler,

@@ -2,8 +2,6 @@
 
 use crate::not_finite::SampleId;
 use crate::render::Job;
-use bhs_core::integrator::Ray;
-use bhs_core::observer::Observer;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
 use bhs_core::stats::TraceLog;
@@ -35,10 +33,8 @@ impl CameraSample {
         let raster = DVec2::new(f64::from(id.pixel[0]) + 0.5, f64::from(id.pixel[1]) + 0.5) + offset.as_dvec2();
         let view = job.camera.ray(raster, stream.next_2d());
         let lambda = wavelengths.sample(stream.next_1d());
-        let observer = job.scene.observer(view.origin);
-        let direction = observer.unwrap_or(Observer::FLAT).chart_direction(view.direction);
-        let ray = Ray { footprint: job.scene.footprints.camera, ..Ray::new(view.origin, direction) };
-        let seen = Self { id, weight, lambda, ratio: observer.map(|o| o.ratio(direction)) };
+        let (ray, observer) = job.scene.camera_ray(&view, &job.viewpoint);
+        let seen = Self { id, weight, lambda, ratio: observer.map(|o| o.ratio(ray.direction)) };
         let along = match seen.ratio {
             Some(ratio) if ratio != 1.0 => SampledWavelengths { lambda_nm: lambda.at(ratio.recip() as f32), ..lambda },
             _ => lambda,

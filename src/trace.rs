@@ -3,6 +3,7 @@
 use anyhow::{Context, Result, bail};
 use bhs_core::integrator::{Arrival, Connections, Ray, Sight};
 use bhs_core::scene::Scene;
+use bhs_core::spacetime::Place;
 use bhs_core::stats::TraceLog;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -126,13 +127,13 @@ fn connection_answer(scene: &Scene, connections: &dyn Connections, pair: &[DVec3
     let [x, y] = pair.map(|p| p - scene.world.origin);
     let mut json = String::from("{\"connections\":[");
     for turn in 0..connections.turns() {
-        for (side, c) in connections.connect(&scene.world, x, y, turn).into_iter().enumerate() {
+        for (side, c) in connections.connect(&scene.world, Place::near(x), Place::near(y), turn).into_iter().enumerate() {
             let Some(c) = c else { continue };
             if !json.ends_with('[') {
                 json.push(',');
             }
             // From the very points: if they lie on surfaces, those do not block.
-            let sight = Sight { start: Ray::new(x, c.launch), from: x, to: y, target: None, connection: c };
+            let sight = Sight { start: Ray::new(x, c.launch), from: x, to: Place::near(y), target: None, connection: c };
             let visible = connections.visible(&scene.world, &sight, &mut TraceLog::default());
             let _ = write!(json, "{{\"image\":{},\"phi\":{:.16e},\"launch\":", 2 * turn as usize + side, c.phi);
             push_vector(&mut json, c.launch);
@@ -154,7 +155,7 @@ fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
     let mut json = String::from("{\"outcome\":");
     json += match arrival {
         Arrival::Surface(_) => "\"hit\"",
-        Arrival::Sky(_) => "\"escaped\"",
+        Arrival::Sky(..) => "\"escaped\"",
         Arrival::Hole => "\"captured\"",
         Arrival::OutOfSteps => "\"out of steps\"",
     };
@@ -167,7 +168,7 @@ fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
             // Writing to a string cannot fail.
             let _ = write!(json, ",\"shape\":{}", scene.shapes[hit.geometry as usize].index);
         }
-        Arrival::Sky(direction) => {
+        Arrival::Sky(direction, _) => {
             json += ",\"direction\":";
             push_vector(&mut json, direction);
         }

@@ -25,7 +25,11 @@ fn follow(built: &BuiltScene, count: u32, sums: &mut [f64]) -> u64 {
         let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
         let seen = built.camera.ray(raster, stream.next_2d());
         let lambda = SampledWavelengths::visible(stream.next_1d(), lo, hi);
-        let direction = built.scene.observer(seen.origin).expect("outside of the horizon").chart_direction(seen.direction);
+        let direction = built
+            .scene
+            .observer(bhs_core::spacetime::Place::near(seen.origin))
+            .expect("outside of the horizon")
+            .chart_direction(seen.direction);
         let ray = Ray { footprint: built.scene.footprints.camera, ..Ray::new(seen.origin, direction) };
         let radiance = built.transport.radiance(&built.scene, ray, &lambda, &mut stream, &mut log);
         built.film.add(radiance * weight, &lambda, sums);

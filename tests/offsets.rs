@@ -83,7 +83,7 @@ fn surroundings(random: &mut Random, size: f64) -> (String, DVec3, f64) {
 fn outcome(a: &Arrival) -> (u8, u32, u32) {
     match a {
         Arrival::Surface(hit) => (0, hit.geometry, hit.primitive),
-        Arrival::Sky(_) => (1, 0, 0),
+        Arrival::Sky(..) => (1, 0, 0),
         Arrival::Hole => (2, 0, 0),
         Arrival::OutOfSteps => (3, 0, 0),
     }

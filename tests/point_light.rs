@@ -41,7 +41,7 @@ fn room() -> BuiltScene {
 fn forwards(built: &BuiltScene, rays: u64) -> Vec<f64> {
     let scene = &built.scene;
     let y = scene.lights[0].position().expect("a point light");
-    let frame = scene.integrator.observer(&scene.world, y).expect("outside").frame;
+    let frame = scene.integrator.observer(&scene.world, bhs_core::spacetime::Place::near(y)).expect("outside").frame;
     let mut arrived = vec![0.0; scene.shapes.len()];
     for i in 0..rays {
         // Evenly over the sphere of the observer at the light.
@@ -74,10 +74,12 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
         let local_normal = observer.frame.local_normal(normal);
         let mut irradiance = 0.0;
         for turn in 0..connections.turns() {
-            for c in connections.connect(&scene.world, x, light.point, turn).into_iter().flatten() {
+            for c in
+                connections.connect(&scene.world, bhs_core::spacetime::Place::near(x), light.place(), turn).into_iter().flatten()
+            {
                 let cos = observer.frame.local_direction(c.launch).dot(local_normal);
                 let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-                let sight = Sight { start, from: x, to: light.point, target: None, connection: c };
+                let sight = Sight { start, from: x, to: light.place(), target: None, connection: c };
                 if connections.visible(&scene.world, &sight, &mut log) {
                     let arriving = scene.arriving(&light, &c, observer, &lambda);
                     irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();

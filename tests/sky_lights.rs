@@ -145,10 +145,14 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     received(built, points, |x, normal, observer| {
         let local_normal = observer.frame.local_normal(normal);
         let mut irradiance = 0.0;
-        for c in connections.connect_sky(&scene.world, x, light.point, 0).into_iter().flatten() {
+        for c in connections
+            .connect_sky(&scene.world, bhs_core::spacetime::Place::near(x), (light.point, light.side), 0)
+            .into_iter()
+            .flatten()
+        {
             let cos = observer.frame.local_direction(c.launch).dot(local_normal);
             let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-            if scene.integrator.escapes(&scene.world, &start, &mut log) {
+            if scene.integrator.escapes(&scene.world, &start, light.side, &mut log) {
                 let arriving = scene.arriving(&light, &c, observer, &lambda);
                 irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
             }

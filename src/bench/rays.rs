@@ -3,7 +3,6 @@
 use crate::film::TILE;
 use crate::lang::BuiltScene;
 use bhs_core::integrator::{Arrival, Integrator, Ray, Traced};
-use bhs_core::observer::Observer;
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::{Counters, TraceLog};
@@ -39,11 +38,9 @@ pub fn camera_rays(built: &BuiltScene, count: usize) -> Vec<Ray> {
         let mut stream = SampleStream::new(&*built.sampler, [0, 0], i as u32);
         let at = stream.next_2d().as_dvec2() * DVec2::new(width, height);
         let seen = built.camera.ray(at, stream.next_2d());
-        let observer = built.scene.observer(seen.origin).unwrap_or(Observer::FLAT);
-        let direction = observer.chart_direction(seen.direction);
         let [x, y] = at.to_array().map(|c| c as u32);
         let place = (y / TILE, x / TILE, y, x);
-        (place, Ray { footprint: built.scene.footprints.camera, ..Ray::new(seen.origin, direction) })
+        (place, built.scene.camera_ray(&seen, &built.viewpoint).0)
     };
     let mut rays: Vec<_> = (0..count).map(ray).collect();
     rays.sort_by_key(|(place, _)| *place);
@@ -129,7 +126,7 @@ pub fn differences(world: &World, found: &[Arrival], truth: &[Arrival]) -> Diffe
                     elsewhere += u32::from(distance > ELSEWHERE);
                 }
             }
-            (Arrival::Sky(_), Arrival::Sky(_)) | (Arrival::Hole, Arrival::Hole) => {}
+            (Arrival::Sky(..), Arrival::Sky(..)) | (Arrival::Hole, Arrival::Hole) => {}
             _ => {
                 other += 1;
                 elsewhere += 1;

@@ -13,10 +13,10 @@ use crate::render::try_render_quietly;
 use anyhow::{Context, Result};
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::observer::Observer;
+use bhs_core::spacetime::Place;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use bhs_integrators::{Rk4, Straight};
-use glam::DVec3;
 
 /// How the baseline follows rays: fixed micro-steps (Aikawa, Zhou and Wang 2019).
 const BASELINE: &str = "schwarzschild-rk4";
@@ -38,8 +38,8 @@ impl Integrator for Unconnected {
         self.0.trace(world, ray, log)
     }
 
-    fn observer(&self, world: &World, point: DVec3) -> Option<Observer> {
-        self.0.observer(world, point)
+    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
+        self.0.observer(world, place)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

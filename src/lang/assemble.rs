@@ -7,7 +7,7 @@ use crate::lang::instances::{ObjectPart, Placed};
 use crate::lang::overrides::Overrides;
 use crate::registry::{Registry, bare_context};
 use bhs_core::blackhole::BlackHole;
-use bhs_core::camera::Camera;
+use bhs_core::camera::{Camera, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
 use bhs_core::integrator::Integrator;
@@ -18,6 +18,7 @@ use bhs_core::material::Material;
 use bhs_core::params::{Files, Params};
 use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
 use bhs_core::scene::{Footprints, Scene, ShapeBinding};
+use bhs_core::spacetime::Side;
 use bhs_core::world::World;
 use glam::{DVec3, Vec2};
 use std::collections::VecDeque;
@@ -182,11 +183,12 @@ pub(super) fn assemble(
     for PartCamera { name, camera, .. } in cameras {
         let camera = camera?;
         let footprints = footprints(&world.bounds, camera.as_ref());
-        further_views.push_back(View { name, camera, footprints });
+        further_views.push_back(View { name, camera, viewpoint: Viewpoint::default(), footprints });
     }
     let view = further_views.pop_front()?;
     let footprints = view.footprints;
-    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_choice, footprints };
+    let light_sides = vec![Side::Near; lights.len()];
+    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_sides, light_choice, footprints };
     Some(Assembled { scene, view, further_views, integrator_name, load })
 }
 

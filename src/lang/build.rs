@@ -13,7 +13,7 @@ use crate::lang::seed;
 use crate::lang::source::SourceMap;
 use crate::memory::{self, TooLarge};
 use crate::registry::{Kind, Registry, bare_context};
-use bhs_core::camera::{Camera, Film, Filter};
+use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
 use bhs_core::integrator::Integrator;
@@ -33,6 +33,8 @@ pub struct BuiltScene {
     pub scene: Scene,
     /// Where it is seen from, in render space.
     pub camera: Box<dyn Camera>,
+    /// How that stands there.
+    pub viewpoint: Viewpoint,
     /// The camera's name, if it has one.
     pub camera_name: Option<String>,
     /// The scene's other cameras, in their order.
@@ -67,6 +69,7 @@ pub struct BuiltScene {
 pub(super) struct View {
     pub name: Option<String>,
     pub camera: Box<dyn Camera>,
+    pub viewpoint: Viewpoint,
     pub footprints: Footprints,
 }
 
@@ -79,8 +82,9 @@ impl BuiltScene {
     /// Looks through the next camera of the scene in place of the current one; false if there is none.
     pub fn next_camera(&mut self) -> bool {
         let Some(view) = self.further_views.pop_front() else { return false };
-        let View { name, camera, footprints } = view;
+        let View { name, camera, viewpoint, footprints } = view;
         self.camera = camera;
+        self.viewpoint = viewpoint;
         self.camera_name = name;
         self.scene.footprints = footprints;
         true
@@ -208,6 +212,7 @@ pub fn build(
         (Some(a), Some(film), Some(filter), Some(sampler), Some(transport)) if !failed => Ok(BuiltScene {
             scene: a.scene,
             camera: a.view.camera,
+            viewpoint: a.view.viewpoint,
             camera_name: a.view.name,
             further_views: a.further_views,
             filename_span: settings.film.params.iter().find(|p| p.name.value == "filename").map(|p| p.span),

@@ -3,8 +3,9 @@
 use crate::lang::description::Entity;
 use crate::lang::parse::shorten;
 use crate::lang::transform::uniform_scale;
-use bhs_core::blackhole::{BlackHole, FrameConvention};
+use bhs_core::blackhole::BlackHole;
 use bhs_core::diagnostics::{Diagnostic, did_you_mean};
+use bhs_core::observer::FrameConvention;
 use bhs_core::params::{Context, Params, Point3};
 use glam::DVec3;
 

@@ -52,7 +52,9 @@ pub fn rgb_of(radiance: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], fine: u32) -> [
 /// observer at the camera; sample number `index`.
 pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], index: u32, log: &mut TraceLog) -> [f32; N_LAMBDA] {
     let scene = &built.scene;
-    let observer = scene.observer(built.camera.position()).expect("a camera stands outside of the horizon");
+    let observer = scene
+        .observer(bhs_core::spacetime::Place::near(built.camera.position()))
+        .expect("a camera stands outside of the horizon");
     let direction = observer.chart_direction(local);
     let ray = Ray { footprint: scene.footprints.camera, ..Ray::new(built.camera.position(), direction) };
     let to_infinity = observer.ratio(direction).recip();

@@ -4,18 +4,9 @@
 //! Schwarzschild r, angles are Euclidean ("chart" below). What a surface or a camera does with light it does in the frame of a
 //! static observer at its place ("local"). `f(r) = 1 - rs/r`.
 
-use crate::observer::Observer;
+use crate::observer::{Conventions, FrameConvention, Observer};
 use crate::spacetime::{Stationary, Stretch};
 use glam::DVec3;
-
-/// Which frame surfaces and the camera measure angles in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FrameConvention {
-    /// The static observer's: physically right.
-    Static,
-    /// The chart's own angles, as in Aikawa, Zhou and Wang 2019.
-    Chart,
-}
 
 /// A Schwarzschild black hole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,11 +41,14 @@ impl BlackHole {
         }
         let lapse = f.sqrt();
         let here = Stationary { lapse, root: Stretch::along(from_center / r, lapse), beta: DVec3::ZERO };
-        let mut observer = Observer::at_rest(&here);
-        if self.frame == FrameConvention::Chart {
-            observer = observer.in_chart();
-        }
-        Some(if self.redshift { observer } else { observer.without_shift() })
+        Some(self.conventions().observer(&here))
+    }
+
+    /// What the picture takes of nature.
+    #[inline]
+    pub fn conventions(&self) -> Conventions {
+        let Self { redshift, radiance_shift, frame, .. } = *self;
+        Conventions { redshift, radiance_shift, frame }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Cameras, filters and films: from a picture's pixels to rays, and back from radiance to pixels.
 
 use crate::layer::Layer;
+use crate::spacetime::Side;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use glam::{DAffine3, DMat4, DVec2, DVec3, Vec2};
 
@@ -12,6 +13,15 @@ pub struct CameraRay {
     pub origin: DVec3,
     /// Unit direction in the local frame of the observer at `origin`.
     pub direction: DVec3,
+}
+
+/// On which side of a wormhole a camera is, and how it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Viewpoint {
+    /// The side; the near one in all other spacetimes.
+    pub side: Side,
+    /// Velocity against the static observer, in the frame of that one along the axes of the chart (units of c, less than 1).
+    pub velocity: DVec3,
 }
 
 /// How a camera maps points where light is straight: as if there were no hole.

@@ -2,9 +2,11 @@
 
 use crate::intersector::Primitive;
 use crate::observer::Observer;
+use crate::spacetime::{Place, Side, Spacetime};
 use crate::stats::TraceLog;
 use crate::world::World;
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// A ray of light followed from where it is seen towards where it comes from. Render space, chart direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +15,8 @@ pub struct Ray {
     pub origin: DVec3,
     /// Unit chart direction.
     pub direction: DVec3,
+    /// The side of a wormhole on which it starts, in whose chart that is; the near one in all other spacetimes.
+    pub side: Side,
     /// Width of the patch that the ray stands for where it arrives (scene units): nobody can tell apart what is closer together.
     /// 0: unknown. An integrator may stray from the true ray by a tenth of it, unless the scene says by how much.
     pub footprint: f64,
@@ -22,10 +26,10 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// A ray of unknown footprint that starts on no surface.
+    /// A ray of unknown footprint that starts on the near side, and on no surface.
     #[inline]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        Self { origin, direction, footprint: 0.0, leaving: None }
+        Self { origin, direction, side: Side::Near, footprint: 0.0, leaving: None }
     }
 }
 
@@ -59,8 +63,8 @@ impl SurfaceHit {
 pub enum Arrival {
     /// On a surface.
     Surface(SurfaceHit),
-    /// Far away, in this unit chart direction.
-    Sky(DVec3),
+    /// Far away, in this unit chart direction, on this side.
+    Sky(DVec3, Side),
     /// Behind the horizon.
     Hole,
     /// Nowhere yet: the integrator gave up after its largest number of steps.
@@ -84,7 +88,7 @@ pub struct Sight {
     /// Where the geodesic begins, maybe on a surface.
     pub from: DVec3,
     /// Where it ends, maybe on a surface.
-    pub to: DVec3,
+    pub to: Place,
     /// The primitive on which it ends, if any.
     pub target: Option<Primitive>,
     /// The geodesic.
@@ -118,23 +122,23 @@ pub trait Connections: Send + Sync {
     fn turns(&self) -> u32;
     /// The geodesics from `x` to `y` that make `turn` < [`Connections::turns`] whole turns, whether or not something stands in
     /// their way; `None` where there is none.
-    fn connect(&self, world: &World, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair;
+    fn connect(&self, world: &World, x: Place, y: Place, turn: u32) -> ConnectionPair;
     /// The same for each pair of points, written to the places of `found`: for integrators that join several faster than one after the other.
-    fn connect_all(&self, world: &World, pairs: &[[DVec3; 2]], turn: u32, found: &mut [ConnectionPair]) {
+    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
         for ([x, y], found) in pairs.iter().zip(found) {
             *found = self.connect(world, *x, *y, turn);
         }
     }
     /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` to `y`, sweeping `phi` (rad): what
     /// [`Connections::connect`] says of the same one. `None` if it does not offer that one.
-    fn spread(&self, world: &World, x: DVec3, launch: DVec3, y: DVec3, phi: f64) -> Option<f64>;
-    /// The same from `x` to infinitely far away in the unit chart direction `direction`. The spread is the solid angle there per solid
-    /// angle at `x`, both in the chart: 1 in flat space.
-    fn connect_sky(&self, world: &World, x: DVec3, direction: DVec3, turn: u32) -> ConnectionPair;
+    fn spread(&self, world: &World, x: Place, launch: DVec3, y: Place, phi: f64) -> Option<f64>;
+    /// The same from `x` to infinitely far away in the unit chart direction `sky.0`. The spread is the solid angle there per solid
+    /// angle at `x`, both in the chart: 1 in flat space. The sky is that of the side `sky`.
+    fn connect_sky(&self, world: &World, x: Place, sky: (DVec3, Side), turn: u32) -> ConnectionPair;
     /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` out of the scene, where it had swept `phi`
-    /// (rad) and had the direction `direction`: what [`Connections::connect_sky`] says of the same one. `None` if it does not offer that
+    /// (rad) and had the direction `sky.0` on the side `sky.1`: what [`Connections::connect_sky`] says of the same one. `None` if it does not offer that
     /// one.
-    fn spread_sky(&self, world: &World, x: DVec3, launch: DVec3, direction: DVec3, phi: f64) -> Option<f64>;
+    fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), phi: f64) -> Option<f64>;
     /// Whether nothing stands in the way.
     fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool;
     /// The same for each of `sights`, written to the places of `visible`: for integrators that look along several faster than along one after
@@ -148,6 +152,14 @@ pub trait Connections: Send + Sync {
 
 /// Follows light. One implementation, one plugin; any of them works in any scene.
 pub trait Integrator: Send + Sync {
+    /// The same method for the rays of `spacetime`, if that is not flat space or the plain hole of [`World::hole`].
+    ///
+    /// # Errors
+    /// What kinds of spacetimes the method needs, if it cannot follow rays of this one.
+    fn for_spacetime(&self, _spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+        Err("follows light around one uncharged hole that does not turn, or in flat space".to_owned())
+    }
+
     /// Follows `ray` to where it ends.
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival;
 
@@ -160,17 +172,17 @@ pub trait Integrator: Send + Sync {
         }
     }
 
-    /// Whether `ray` leaves the scene. Counts the questions to the intersector, but no geodesic: it is part of a path's own.
-    fn escapes(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> bool {
+    /// Whether `ray` leaves the scene on the side `side`. Counts the questions to the intersector, but no geodesic: it is part of a path's own.
+    fn escapes(&self, world: &World, ray: &Ray, side: Side, log: &mut TraceLog) -> bool {
         let mut own = TraceLog::default();
         let arrival = self.trace(world, ray, &mut own);
         log.counters.queries += own.counters.queries;
-        matches!(arrival, Arrival::Sky(_))
+        matches!(arrival, Arrival::Sky(_, on) if on == side)
     }
 
-    /// Who measures light at `point`: [`Observer::FLAT`] for an integrator that knows no gravity, the static observer
+    /// Who measures light at `place`: [`Observer::FLAT`] for an integrator that knows no gravity, the static observer
     /// otherwise; `None` where there is none (inside the horizon).
-    fn observer(&self, world: &World, point: DVec3) -> Option<Observer>;
+    fn observer(&self, world: &World, place: Place) -> Option<Observer>;
 
     /// The geodesics between two points, if this integrator can find them; where it cannot, light transport lives on
     /// emission found by chance.

@@ -7,6 +7,7 @@ use crate::light::{AreaLight, Emission};
 use crate::observer::Observer;
 use crate::sampling::Discrete;
 use crate::scene::{Scene, Vertex};
+use crate::spacetime::{Place, Side};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
@@ -87,11 +88,21 @@ pub struct LightSample {
     pub source: LightSource,
     /// The point, render space; for a light of the sky, the unit chart direction towards it.
     pub point: DVec3,
+    /// The side that it is on.
+    pub side: Side,
     /// Density with respect to chart area, choice of the light included; with respect to solid angle for a light of the sky; of a
     /// light that shines from a point or from one direction, the probability of its choice.
     pub pdf: f64,
     /// The observer there.
     pub observer: Observer,
+}
+
+impl LightSample {
+    /// The point with its side.
+    #[inline]
+    pub fn place(&self) -> Place {
+        Place { x: self.point, side: self.side }
+    }
 }
 
 /// What arrives from a light sample along one geodesic.
@@ -116,14 +127,15 @@ impl Scene {
         let (source, point, pdf) = match self.emitters.get(index) {
             None => {
                 let index = index - self.emitters.len();
-                let (light, number) = (&self.lights[index], index as u32);
+                let (light, side, number) = (&self.lights[index], self.light_sides[index], index as u32);
                 match light.position() {
-                    Some(point) => (LightSource::Point { light: number }, point, chosen),
+                    Some(point) => (LightSource::Point { light: number }, Place { x: point, side }, chosen),
                     None => {
                         let sky = light.sample_sky(u)?;
                         return Some(LightSample {
                             source: LightSource::Sky { light: number, is_parallel: sky.is_parallel },
                             point: sky.direction,
+                            side,
                             pdf: chosen * sky.pdf,
                             observer: Observer::FLAT,
                         });
@@ -143,12 +155,13 @@ impl Scene {
                         (triangle as u32, point, chosen / emitter.triangles.total(), (s.normal, s.uv))
                     }
                 };
+                let point = Place { x: point, side: self.world.side_of(emitter.geometry) };
                 let primitive = Primitive { geometry: emitter.geometry, primitive };
                 (LightSource::Surface { emitter: index as u32, primitive, normal: s.0, uv: s.1 }, point, pdf)
             }
         };
         let observer = self.integrator.observer(&self.world, point)?;
-        Some(LightSample { source, point, pdf, observer })
+        Some(LightSample { source, point: point.x, side: point.side, pdf, observer })
     }
 
     /// The density with which [`Scene::sample_light`] draws the surface point of `vertex`, with respect to chart area.

@@ -27,6 +27,42 @@ pub struct Observer {
     shifts: bool,
 }
 
+/// Which frame surfaces and the camera measure angles in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameConvention {
+    /// The static observer's: physically right.
+    Static,
+    /// The chart's own angles, as in Aikawa, Zhou and Wang 2019.
+    Chart,
+}
+
+/// What a picture takes of nature, and what it leaves out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Conventions {
+    /// Whether wavelengths shift along a ray.
+    pub redshift: bool,
+    /// Whether radiance shifts with them, as it does in nature (`L lambda^5` is constant); without it, as in Aikawa, Zhou and
+    /// Wang 2019, wavelengths alone do.
+    pub radiance_shift: bool,
+    /// The frame of cameras, lights and materials.
+    pub frame: FrameConvention,
+}
+
+impl Conventions {
+    /// All that there is.
+    pub const NATURE: Self = Self { redshift: true, radiance_shift: true, frame: FrameConvention::Static };
+
+    /// The observer at rest where the metric is `here`.
+    #[inline]
+    pub fn observer(&self, here: &Stationary) -> Observer {
+        let mut observer = Observer::at_rest(here);
+        if self.frame == FrameConvention::Chart {
+            observer = observer.in_chart();
+        }
+        if self.redshift { observer } else { observer.without_shift() }
+    }
+}
+
 impl Observer {
     /// The observer at rest in flat space.
     pub const FLAT: Self = Self { frame: Stretch::IDENTITY, lapse: 1.0, velocity: DVec3::ZERO, moves: false, shifts: true };

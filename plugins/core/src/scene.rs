@@ -1,11 +1,13 @@
 //! A built scene as light transport sees it: vertices with their observers (for lights to sample: `light_sampling.rs`).
 
+use crate::camera::{CameraRay, Viewpoint};
 use crate::integrator::{Integrator, Ray, SurfaceHit};
 use crate::light::{Emission, Light};
 use crate::light_sampling::Emitter;
 use crate::material::{Material, Shading};
 use crate::observer::Observer;
 use crate::sampling::Discrete;
+use crate::spacetime::{Place, Side};
 use crate::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use crate::world::World;
 use glam::{DVec3, Vec3};
@@ -34,6 +36,8 @@ pub struct Scene {
     pub emitters: Vec<Emitter>,
     /// Lights that are not surfaces.
     pub lights: Vec<Arc<dyn Light>>,
+    /// The side of a wormhole that each of `lights` is on.
+    pub light_sides: Vec<Side>,
     /// Choice by power of what light sampling aims at: first the emitters, then all of `lights` (whose power is 0 if they are left to
     /// chance).
     pub light_choice: Discrete,
@@ -149,7 +153,7 @@ impl Scene {
     /// The vertex at `hit` of a path with the wavelengths `lambda` at E = 1; `None` where there is no static observer.
     #[inline]
     pub fn vertex(&self, hit: SurfaceHit, lambda: &SampledWavelengths) -> Option<Vertex<'_>> {
-        let observer = self.integrator.observer(&self.world, hit.point)?;
+        let observer = self.integrator.observer(&self.world, self.world.place_of(&hit))?;
         let surface = self.world.surface(&hit);
         let binding = &self.shapes[hit.geometry as usize];
         let ratio = observer.ratio(hit.direction);
@@ -183,31 +187,49 @@ impl Scene {
     /// Whether light bends in this scene.
     #[inline]
     pub fn bends(&self) -> bool {
-        self.world.hole.is_some_and(|h| h.rs > 0.0) && self.integrator.is_curved()
+        (self.world.hole.is_some_and(|h| h.rs > 0.0) || self.world.spacetime.is_some()) && self.integrator.is_curved()
     }
 
-    /// Who measures light at `point` (render space); `None` where nobody can stand.
+    /// The static observer at `place` (render space); `None` where nothing can stand still.
     #[inline]
-    pub fn observer(&self, point: DVec3) -> Option<Observer> {
-        self.integrator.observer(&self.world, point)
+    pub fn observer(&self, place: Place) -> Option<Observer> {
+        self.integrator.observer(&self.world, place)
+    }
+
+    /// The ray along which an observer at `viewpoint` sees what `seen` shows, and that observer; `None`, and the ray of flat space, where nothing
+    /// can stand still.
+    #[inline]
+    pub fn camera_ray(&self, seen: &CameraRay, viewpoint: &Viewpoint) -> (Ray, Option<Observer>) {
+        let Viewpoint { side, velocity } = *viewpoint;
+        let mut observer = self.observer(Place { x: seen.origin, side });
+        if velocity != DVec3::ZERO {
+            observer = observer.map(|o| o.moving(velocity));
+        }
+        let direction = observer.unwrap_or(Observer::FLAT).chart_direction(seen.direction);
+        (Ray { footprint: self.footprints.camera, side, ..Ray::new(seen.origin, direction) }, observer)
     }
 
     /// Spectral radiance per wavelength at E = 1 over that where the wavelength is `ratio` times as long: `L lambda^5` is constant along a
     /// ray (Liouville; I_nu/nu^3 is invariant).
     #[inline]
     pub fn radiance_factor(&self, ratio: f64) -> f32 {
-        if ratio == 1.0 || self.world.hole.is_some_and(|h| !h.radiance_shift) { 1.0 } else { ratio.powi(5) as f32 }
+        if ratio == 1.0 || !self.world.conventions.radiance_shift { 1.0 } else { ratio.powi(5) as f32 }
     }
 
-    /// The light from far away along the chart direction `direction`, at the wavelengths `lambda` at E = 1.
-    pub fn sky(&self, direction: DVec3, lambda: &SampledWavelengths) -> SampledSpectrum {
-        self.sum_of_sky(lambda, |_, light, lambda_nm| light.sky_radiance(direction, lambda_nm))
+    /// The light from far away on the side `sky.1` along the chart direction `sky.0`, at the wavelengths `lambda` at E = 1.
+    pub fn sky(&self, sky: (DVec3, Side), lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.sum_of_sky(sky.1, lambda, |_, light, lambda_nm| light.sky_radiance(sky.0, lambda_nm))
     }
 
     /// The same, each light that [`Scene::sample_light`] aims at multiplied by `weight` of the density with which it draws the direction
     /// (per solid angle far from the hole).
-    pub fn sky_weighted(&self, direction: DVec3, lambda: &SampledWavelengths, weight: impl Fn(f64) -> f32) -> SampledSpectrum {
-        self.sum_of_sky(lambda, |i, light, lambda_nm| {
+    pub fn sky_weighted(
+        &self,
+        (direction, side): (DVec3, Side),
+        lambda: &SampledWavelengths,
+        weight: impl Fn(f64) -> f32,
+    ) -> SampledSpectrum {
+        self.sum_of_sky(side, lambda, |i, light, lambda_nm| {
             let radiance = light.sky_radiance(direction, lambda_nm);
             let choice = self.light_choice.probability(self.emitters.len() + i);
             let pdf = if choice > 0.0 { choice * light.sky_pdf(direction) } else { 0.0 };
@@ -218,6 +240,7 @@ impl Scene {
     #[inline]
     fn sum_of_sky(
         &self,
+        side: Side,
         lambda: &SampledWavelengths,
         of: impl Fn(usize, &dyn Light, [f32; N_LAMBDA]) -> SampledSpectrum,
     ) -> SampledSpectrum {
@@ -225,7 +248,7 @@ impl Scene {
         if self.lights.is_empty() {
             return sum;
         }
-        for (i, light) in self.lights.iter().enumerate() {
+        for (i, light) in self.lights.iter().enumerate().filter(|(i, _)| self.light_sides[*i] == side) {
             sum += of(i, light.as_ref(), lambda.lambda_nm);
         }
         sum

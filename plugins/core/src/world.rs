@@ -4,8 +4,11 @@ use crate::blackhole::BlackHole;
 use crate::clearance::Clearance;
 use crate::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
 use crate::integrator::{Ray, SurfaceHit};
-use crate::intersector::{Intersector, PrimitiveHit};
+use crate::intersector::{Ends, Intersector, Primitive, PrimitiveHit};
+use crate::observer::{Conventions, Observer};
+use crate::spacetime::{Place, Side, Spacetime};
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// Geometry with its intersector, in render space.
 pub struct World {
@@ -23,8 +26,70 @@ pub struct World {
     pub margin: f64,
     /// The distance from the hole within which all surfaces lie (scene units); 0 without a hole or without surfaces.
     pub reach: f64,
-    /// The free space between the surfaces, if there is a hole: for chords that need not be asked about.
+    /// The free space between the surfaces, if light bends: for chords that need not be asked about.
     pub clearance: Option<Clearance>,
+    /// What bends light where that is not `hole`, in coordinates of render space; `None` in flat space and around the plain hole.
+    pub spacetime: Option<Arc<dyn Spacetime>>,
+    /// What the picture takes of nature.
+    pub conventions: Conventions,
+    /// The far side of a wormhole, if it has surfaces.
+    far: Option<Far>,
+}
+
+/// What is on the far side. Its geometries follow those of the near side in [`World::geometries`].
+struct Far {
+    intersector: Box<dyn Intersector>,
+    /// Number of its first geometry.
+    first: u32,
+    bounds: Aabb,
+    margin: f64,
+    clearance: Option<Clearance>,
+}
+
+/// The surfaces of one side of a world.
+#[derive(Clone, Copy)]
+pub struct Half<'w> {
+    intersector: &'w dyn Intersector,
+    first: u32,
+    /// A box around them; empty without any.
+    pub bounds: &'w Aabb,
+    /// How far single precision may move a point of them (scene units).
+    pub margin: f64,
+    /// The free space between them.
+    pub clearance: Option<&'w Clearance>,
+}
+
+impl Half<'_> {
+    fn own(&self, p: Primitive) -> Primitive {
+        Primitive { geometry: p.geometry - self.first, ..p }
+    }
+
+    fn of_world(&self, hit: PrimitiveHit) -> PrimitiveHit {
+        PrimitiveHit { geometry: hit.geometry + self.first, ..hit }
+    }
+
+    /// The first surface along a segment, which leaves the primitive `leaving` exactly at its origin, if any; numbers are those of the world.
+    #[inline]
+    pub fn closest(&self, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
+        let hit = match leaving {
+            None => self.intersector.closest(segment),
+            Some(_) => self.intersector.closest_from(segment, leaving.map(|p| self.own(p))),
+        };
+        hit.map(|hit| self.of_world(hit))
+    }
+
+    /// Whether anything stands between the ends of a segment; numbers are those of the world.
+    #[inline]
+    pub fn blocked_between(&self, segment: &Segment, ends: Ends) -> bool {
+        let own = |p| self.own(p);
+        self.intersector.blocked_between(segment, Ends { leaving: ends.leaving.map(own), target: ends.target.map(own) })
+    }
+
+    /// See [`Intersector::is_crowded`].
+    #[inline]
+    pub fn is_crowded(&self, point: DVec3) -> bool {
+        self.intersector.is_crowded(point)
+    }
 }
 
 /// A hit in full precision.
@@ -54,7 +119,66 @@ impl World {
             margin = STEP_OFF * bounds.min.abs().max(bounds.max.abs()).max_element();
             reach = hole.map_or(0.0, |h| (bounds.min - h.center).abs().max((bounds.max - h.center).abs()).length());
         }
-        Self { geometries, intersector, bounds, hole, origin, margin, reach, clearance }
+        let conventions = hole.map_or(Conventions::NATURE, |h| h.conventions());
+        Self { geometries, intersector, bounds, hole, origin, margin, reach, clearance, spacetime: None, conventions, far: None }
+    }
+
+    /// The same surfaces in `spacetime`, which is in coordinates of render space, and neither flat space nor a plain hole.
+    #[must_use]
+    pub fn in_spacetime(self, spacetime: Arc<dyn Spacetime>, conventions: Conventions) -> Self {
+        let clearance = Clearance::new(&self.geometries, &self.bounds);
+        Self { spacetime: Some(spacetime), conventions, clearance, hole: None, ..self }
+    }
+
+    /// With the surfaces `geometries`, over which `intersector` is built, on the far side.
+    #[must_use]
+    pub fn with_far_side(mut self, geometries: Vec<Geometry>, intersector: Box<dyn Intersector>) -> Self {
+        let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
+        let margin = if bounds.is_empty() { 0.0 } else { STEP_OFF * bounds.min.abs().max(bounds.max.abs()).max_element() };
+        let clearance = Clearance::new(&geometries, &bounds);
+        self.far = Some(Far { intersector, first: self.geometries.len() as u32, bounds, margin, clearance });
+        self.geometries.extend(geometries);
+        self
+    }
+
+    /// The surfaces of one side; `None` if the far side has none.
+    #[inline]
+    pub fn half(&self, side: Side) -> Option<Half<'_>> {
+        match (side, &self.far) {
+            (Side::Near, _) => {
+                let Self { intersector, bounds, margin, clearance, .. } = self;
+                Some(Half { intersector: &**intersector, first: 0, bounds, margin: *margin, clearance: clearance.as_ref() })
+            }
+            (Side::Far, Some(Far { intersector, first, bounds, margin, clearance })) => {
+                Some(Half { intersector: &**intersector, first: *first, bounds, margin: *margin, clearance: clearance.as_ref() })
+            }
+            (Side::Far, None) => None,
+        }
+    }
+
+    /// The side that a geometry is on.
+    #[inline]
+    pub fn side_of(&self, geometry: u32) -> Side {
+        match &self.far {
+            Some(far) if geometry >= far.first => Side::Far,
+            _ => Side::Near,
+        }
+    }
+
+    /// The place of a hit.
+    #[inline]
+    pub fn place_of(&self, hit: &SurfaceHit) -> Place {
+        Place { x: hit.point, side: self.side_of(hit.geometry) }
+    }
+
+    /// The observer at rest at `place`; `None` where nothing can stand still.
+    #[inline]
+    pub fn static_observer(&self, place: Place) -> Option<Observer> {
+        match (&self.hole, &self.spacetime) {
+            (Some(hole), _) => hole.observer(place.x),
+            (None, Some(spacetime)) => spacetime.at(place).map(|here| self.conventions.observer(&here)),
+            (None, None) => Some(Observer::FLAT),
+        }
     }
 
     /// Refines an intersector's answer in double precision: the point of the segment on the triangle's plane, or the
@@ -111,14 +235,14 @@ impl World {
         if hit.is_crowded {
             return self.leave_crowd(hit, direction);
         }
-        let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
-        Ray::new(hit.point + side * step_off, direction)
+        let off = if direction.dot(normal) < 0.0 { -normal } else { normal };
+        Ray { side: self.side_of(hit.geometry), ..Ray::new(hit.point + off * step_off, direction) }
     }
 
     #[cold]
     fn leave_crowd(&self, hit: &SurfaceHit, direction: DVec3) -> Ray {
         let origin = self.geometries[hit.geometry as usize].inner_point(hit.primitive, hit.point, hit.barycentric);
-        Ray { leaving: Some(hit.primitive()), ..Ray::new(origin, direction) }
+        Ray { side: self.side_of(hit.geometry), leaving: Some(hit.primitive()), ..Ray::new(origin, direction) }
     }
 }
 

@@ -3,7 +3,8 @@
 //!
 //! `cargo bench -p bhs-integrators --bench connections`
 
-use bhs_core::blackhole::{BlackHole, FrameConvention};
+use bhs_core::blackhole::BlackHole;
+use bhs_core::observer::FrameConvention;
 use bhs_integrators::connect::{connect, connect_pair, connect_pairs, spread_of};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
@@ -46,7 +47,7 @@ fn connections(criterion: &mut Criterion) {
         b.iter(|| pairs.iter().map(|&(x, y)| black_box(connect_pair(&hole, x, y, 0)).iter().flatten().count()).sum::<usize>());
     });
     group.bench_function("pairs of images 0 and 1, side by side", |b| {
-        let ends: Vec<_> = pairs.iter().map(|&(x, y)| [x, y]).collect();
+        let ends: Vec<_> = pairs.iter().map(|&(x, y)| [x, y].map(bhs_core::spacetime::Place::near)).collect();
         let mut found = vec![[None; 2]; PAIRS];
         b.iter(|| {
             connect_pairs(&hole, black_box(&ends), 0, &mut found);

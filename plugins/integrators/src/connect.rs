@@ -15,6 +15,7 @@ use crate::connect_lanes::Lanes;
 use crate::connect_solve::{Ends, Solved, solve};
 use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::{Connection, ConnectionPair};
+use bhs_core::spacetime::Place;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -64,13 +65,13 @@ pub fn connect_pair(hole: &BlackHole, x: DVec3, y: DVec3, turn: u32) -> Connecti
 const GROUP: usize = 4;
 
 /// [`connect_pair`] of each of `pairs`, written to its place in `found`, for less than the price of one after the other.
-pub fn connect_pairs(hole: &BlackHole, pairs: &[[DVec3; 2]], turn: u32, found: &mut [ConnectionPair]) {
+pub fn connect_pairs(hole: &BlackHole, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
     const LANES: usize = 2 * GROUP;
     let images = [2 * turn, 2 * turn + 1];
     for (pairs, found) in pairs.chunks(GROUP).zip(found.chunks_mut(GROUP)) {
         // Places without a pair repeat the first one; pairs without a geodesic have the ends of some other one solved.
         let frames: [Frame; GROUP] = std::array::from_fn(|k| {
-            let [x, y] = pairs[if k < pairs.len() { k } else { 0 }];
+            let [x, y] = pairs[if k < pairs.len() { k } else { 0 }].map(|place| place.x);
             Frame::new(hole, x, y)
         });
         let ends: [_; GROUP] = std::array::from_fn(|k| frames[k].pair.ends());

@@ -5,11 +5,10 @@ use crate::orbit::{Dense, Fate, OrbitPlane, State, Stepper};
 use crate::straight::Straight;
 use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
-use bhs_core::observer::Observer;
 use bhs_core::params::Params;
+use bhs_core::spacetime::Side;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
-use glam::DVec3;
 
 /// A ray about to be followed.
 pub struct Flight<'w> {
@@ -62,7 +61,7 @@ impl<'w> Flight<'w> {
                 Fate::Escaped => {
                     log.phi = step.within_space(self.hole.rs).end().phi;
                     log.counters.escaped += 1;
-                    return Arrival::Sky(self.plane.radial(log.phi));
+                    return Arrival::Sky(self.plane.radial(log.phi), Side::Near);
                 }
                 Fate::Captured => {
                     log.counters.captured += 1;
@@ -73,11 +72,6 @@ impl<'w> Flight<'w> {
         log.counters.out_of_steps += 1;
         Arrival::OutOfSteps
     }
-}
-
-/// The static observer at `point`.
-pub fn static_observer(world: &World, point: DVec3) -> Option<Observer> {
-    world.hole.as_ref().map_or(Some(Observer::FLAT), |hole| hole.observer(point))
 }
 
 /// How far what is traced may stray from the true ray.

@@ -18,6 +18,7 @@ use bhs_core::integrator::{ConnectionPair, Connections, Sight, SurfaceHit};
 use bhs_core::intersector::{Ends, Primitive};
 use bhs_core::lanes::LANES;
 use bhs_core::params::Params;
+use bhs_core::spacetime::{Place, Side};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
@@ -63,43 +64,43 @@ impl Connections for Joined {
         self.turns
     }
 
-    fn connect(&self, world: &World, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair {
+    fn connect(&self, world: &World, x: Place, y: Place, turn: u32) -> ConnectionPair {
         match hole(world) {
-            Some(hole) => connect_pair(hole, x, y, turn),
+            Some(hole) => connect_pair(hole, x.x, y.x, turn),
             None => Straight.connect(world, x, y, turn),
         }
     }
 
-    fn connect_all(&self, world: &World, pairs: &[[DVec3; 2]], turn: u32, found: &mut [ConnectionPair]) {
+    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
         match hole(world) {
             Some(hole) => connect_pairs(hole, pairs, turn, found),
             None => Straight.connect_all(world, pairs, turn, found),
         }
     }
 
-    fn spread(&self, world: &World, x: DVec3, launch: DVec3, y: DVec3, phi: f64) -> Option<f64> {
+    fn spread(&self, world: &World, x: Place, launch: DVec3, y: Place, phi: f64) -> Option<f64> {
         match hole(world) {
-            Some(hole) => spread_of(hole, x, launch, y, phi, 2 * self.turns),
+            Some(hole) => spread_of(hole, x.x, launch, y.x, phi, 2 * self.turns),
             None => Straight.spread(world, x, launch, y, phi),
         }
     }
 
-    fn connect_sky(&self, world: &World, x: DVec3, direction: DVec3, turn: u32) -> ConnectionPair {
+    fn connect_sky(&self, world: &World, x: Place, sky: (DVec3, Side), turn: u32) -> ConnectionPair {
         match hole(world) {
-            Some(hole) => connect_sky(hole, x, direction, turn),
-            None => Straight.connect_sky(world, x, direction, turn),
+            Some(hole) => connect_sky(hole, x.x, sky.0, turn),
+            None => Straight.connect_sky(world, x, sky, turn),
         }
     }
 
-    fn spread_sky(&self, world: &World, x: DVec3, launch: DVec3, direction: DVec3, phi: f64) -> Option<f64> {
+    fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), phi: f64) -> Option<f64> {
         match hole(world) {
-            Some(hole) => spread_sky(hole, x, launch, direction, phi, 2 * self.turns),
-            None => Straight.spread_sky(world, x, launch, direction, phi),
+            Some(hole) => spread_sky(hole, x.x, launch, sky.0, phi, 2 * self.turns),
+            None => Straight.spread_sky(world, x, launch, sky, phi),
         }
     }
 
     fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
-        let Sight { start, from: x, to: y, target, connection } = *sight;
+        let Sight { start, from: x, to: Place { x: y, .. }, target, connection } = *sight;
         let Some(hole) = hole(world).filter(|_| connection.phi > 0.0) else {
             return Straight.visible(world, sight, log);
         };
@@ -139,7 +140,7 @@ impl Connections for Joined {
             (log.counters.hit, log.counters.steps) = (counters.hit, counters.steps);
             for ((sight, visible), (end, _)) in sights.iter().zip(visible).zip(ends) {
                 *visible = match end {
-                    End::Surface(hit) => is_end(&hit, sight.from, sight.to),
+                    End::Surface(hit) => is_end(&hit, sight.from, sight.to.x),
                     End::Odd => self.visible(world, sight, log),
                     End::There | End::Sky(_) | End::Hole | End::OutOfSteps => true,
                 };
@@ -168,7 +169,7 @@ impl Joined {
 
     /// What is followed to find out what stands in the way.
     fn course(&self, world: &World, hole: &BlackHole, sight: &Sight) -> Course {
-        let Sight { start, from, to, target, connection } = *sight;
+        let Sight { start, from, to: Place { x: to, .. }, target, connection } = *sight;
         let chord = match self.chord {
             Chord::Angle(angle) => angle,
             Chord::Tolerance(t) => chord_angle(hole.rs, t.distance(world, start.footprint)),

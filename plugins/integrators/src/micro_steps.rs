@@ -9,6 +9,7 @@ use crate::orbit::{Dense, Fate, Rk4Orbit, Stepper};
 use bhs_core::geometry::Segment;
 use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
 use bhs_core::intersector::PrimitiveHit;
+use bhs_core::spacetime::Side;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 
@@ -70,7 +71,7 @@ pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, log: &mut Tra
             Fate::Underway => from = to,
             Fate::Escaped => {
                 log.counters.escaped += 1;
-                return Arrival::Sky(way);
+                return Arrival::Sky(way, Side::Near);
             }
             Fate::Captured => {
                 log.counters.captured += 1;

@@ -17,7 +17,7 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::flight::{Flight, Tolerance, static_observer};
+use crate::flight::{Flight, Tolerance};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::packet::{Course, End, follow};
 use crate::taylor::TaylorOrbit;
@@ -26,9 +26,9 @@ use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
 use bhs_core::lanes::LANES;
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
+use bhs_core::spacetime::{Place, Side};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
-use glam::DVec3;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Integrator> =
@@ -116,7 +116,7 @@ impl Integrator for Adaptive {
                     End::Surface(hit) => Arrival::Surface(hit),
                     End::Sky(direction) => {
                         counters.escaped += 1;
-                        Arrival::Sky(direction)
+                        Arrival::Sky(direction, Side::Near)
                     }
                     End::Hole => {
                         counters.captured += 1;
@@ -133,8 +133,8 @@ impl Integrator for Adaptive {
         }
     }
 
-    fn observer(&self, world: &World, point: DVec3) -> Option<Observer> {
-        static_observer(world, point)
+    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
+        world.static_observer(place)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

@@ -19,15 +19,15 @@
 //! ```
 
 use crate::closed_form::{ClosedForm, ExactOrbit};
-use crate::flight::{Flight, Tolerance, static_observer};
+use crate::flight::{Flight, Tolerance};
 use crate::joined::{Chord, Joined, read_turns};
 use bhs_core::Plugin;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
+use bhs_core::spacetime::Place;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
-use glam::DVec3;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Integrator> =
@@ -68,8 +68,8 @@ impl Integrator for Exact {
         flight.follow(ExactOrbit::new(&form), chord, self.max_steps, log)
     }
 
-    fn observer(&self, world: &World, point: DVec3) -> Option<Observer> {
-        static_observer(world, point)
+    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
+        world.static_observer(place)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

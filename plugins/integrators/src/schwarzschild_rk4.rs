@@ -20,7 +20,7 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::flight::{Flight, static_observer};
+use crate::flight::Flight;
 use crate::joined::{Chord, Joined, read_turns};
 use crate::micro_steps;
 use crate::orbit::Rk4Orbit;
@@ -28,9 +28,9 @@ use bhs_core::Plugin;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
+use bhs_core::spacetime::Place;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
-use glam::DVec3;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Integrator> =
@@ -98,8 +98,8 @@ impl Integrator for Rk4 {
         flight.follow(orbit, f64::INFINITY, self.max_steps, log)
     }
 
-    fn observer(&self, world: &World, point: DVec3) -> Option<Observer> {
-        static_observer(world, point)
+    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
+        world.static_observer(place)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

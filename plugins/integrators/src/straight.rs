@@ -14,6 +14,7 @@ use bhs_core::geometry::Segment;
 use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Integrator, Ray, Sight, SurfaceHit};
 use bhs_core::intersector::{Ends, SHADOW_END};
 use bhs_core::observer::Observer;
+use bhs_core::spacetime::{Place, Side};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
@@ -38,7 +39,7 @@ impl Integrator for Straight {
         };
         let Some(hit) = hit else {
             log.counters.escaped += 1;
-            return Arrival::Sky(ray.direction);
+            return Arrival::Sky(ray.direction, ray.side);
         };
         log.counters.hit += 1;
         let located = world.locate(&segment, &hit);
@@ -53,13 +54,13 @@ impl Integrator for Straight {
         })
     }
 
-    fn escapes(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> bool {
+    fn escapes(&self, world: &World, ray: &Ray, _: Side, log: &mut TraceLog) -> bool {
         log.counters.queries += 1;
         let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
         !world.intersector.blocked_between(&segment, Ends { leaving: ray.leaving, target: None })
     }
 
-    fn observer(&self, _: &World, _: DVec3) -> Option<Observer> {
+    fn observer(&self, _: &World, _: Place) -> Option<Observer> {
         Some(Observer::FLAT)
     }
 
@@ -77,21 +78,21 @@ impl Connections for Straight {
         1
     }
 
-    fn connect(&self, _: &World, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair {
-        let way = y - x;
+    fn connect(&self, _: &World, x: Place, y: Place, turn: u32) -> ConnectionPair {
+        let way = y.x - x.x;
         let Some(direction) = way.try_normalize().filter(|_| turn == 0) else { return [None; 2] };
         [Some(Connection { launch: direction, arrival: direction, spread: way.length_squared(), phi: 0.0 }), None]
     }
 
-    fn spread(&self, _: &World, x: DVec3, _: DVec3, y: DVec3, _: f64) -> Option<f64> {
-        Some((y - x).length_squared())
+    fn spread(&self, _: &World, x: Place, _: DVec3, y: Place, _: f64) -> Option<f64> {
+        Some((y.x - x.x).length_squared())
     }
 
-    fn connect_sky(&self, _: &World, _: DVec3, direction: DVec3, turn: u32) -> ConnectionPair {
+    fn connect_sky(&self, _: &World, _: Place, (direction, _): (DVec3, Side), turn: u32) -> ConnectionPair {
         [(turn == 0).then_some(Connection { launch: direction, arrival: direction, spread: 1.0, phi: 0.0 }), None]
     }
 
-    fn spread_sky(&self, _: &World, _: DVec3, _: DVec3, _: DVec3, _: f64) -> Option<f64> {
+    fn spread_sky(&self, _: &World, _: Place, _: DVec3, _: (DVec3, Side), _: f64) -> Option<f64> {
         Some(1.0)
     }
 
@@ -101,6 +102,6 @@ impl Connections for Straight {
         let ends = Ends { leaving: sight.start.leaving, target: sight.target };
         // What ends on no surface must not be blocked by one that happens to be there.
         let t_max = if ends.target.is_some() { 1.0 } else { SHADOW_END };
-        !world.intersector.blocked_between(&Segment { origin, direction: sight.to - origin, t_min: 0.0, t_max }, ends)
+        !world.intersector.blocked_between(&Segment { origin, direction: sight.to.x - origin, t_min: 0.0, t_max }, ends)
     }
 }

@@ -65,9 +65,10 @@ fn several_pairs_have_the_connections_of_each() {
         if let Some([x, y]) = pairs.last_mut() {
             *y = hole.center + (*x - hole.center) * 2.0;
         }
+        let places: Vec<_> = pairs.iter().map(|pair| pair.map(bhs_core::spacetime::Place::near)).collect();
         for turn in 0..2 {
             let mut found = vec![[None; 2]; count];
-            connect_pairs(&hole, &pairs, turn, &mut found);
+            connect_pairs(&hole, &places, turn, &mut found);
             for ([x, y], found) in pairs.iter().zip(found) {
                 assert_eq!(found, connect_pair(&hole, *x, *y, turn), "{x} {y}");
             }

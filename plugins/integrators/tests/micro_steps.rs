@@ -89,7 +89,7 @@ fn light_that_leaves_and_light_that_falls_in_ends_as_it_should() {
         let [a, b] = [&chords as &dyn Integrator, &exact].map(|i| i.trace(&world, &ray, &mut TraceLog::default()));
         match (a, b) {
             (Arrival::Hole, Arrival::Hole) => fallen += 1,
-            (Arrival::Sky(a), Arrival::Sky(b)) => {
+            (Arrival::Sky(a, _), Arrival::Sky(b, _)) => {
                 assert!((a - b).length() < 1e-4, "{i}: {a} {b}");
                 escaped += 1;
             }

@@ -33,7 +33,7 @@ fn traced(hole: &BlackHole, x: DVec3, launch: DVec3) -> Option<(DVec3, f64)> {
     let world = World::new(Vec::<Geometry>::new(), Box::new(Empty), Some(*hole), DVec3::ZERO);
     let mut log = TraceLog::default();
     match Exact::new(Tolerance::Absolute(1e-9), 1_000_000).trace(&world, &Ray::new(x, launch), &mut log) {
-        Arrival::Sky(direction) => Some((direction, log.phi)),
+        Arrival::Sky(direction, _) => Some((direction, log.phi)),
         _ => None,
     }
 }

@@ -6,10 +6,10 @@ use bhs_core::integrator::{Connection, ConnectionPair, Connections, MOST_TURNS, 
 use bhs_core::light_sampling::{LightSample, LightSource};
 use bhs_core::path_log::{LightPlace, PathEvent};
 use bhs_core::scene::{Scene, Vertex};
+use bhs_core::spacetime::{self, Side};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use bhs_core::transport::{BATCH, PathSample};
-use glam::DVec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// Geodesics to lamps that may come together at one bounce of a batch of paths.
@@ -44,7 +44,7 @@ pub struct Aimed {
     sights: ArrayVec<Sight, MOST>,
     gains: ArrayVec<Gain, MOST>,
     /// From infinitely far away.
-    skies: ArrayVec<(Ray, Gain), MOST>,
+    skies: ArrayVec<(Ray, Side, Gain), MOST>,
 }
 
 impl Aimed {
@@ -55,10 +55,10 @@ impl Aimed {
         let visible = &mut visible[..self.sights.len()];
         connections.visible_all(&scene.world, &self.sights, visible, log);
         for ((gain, sight), visible) in self.gains.iter().zip(&self.sights).zip(visible) {
-            gain.arrive(*visible, LightPlace::Point(sight.to), paths, log);
+            gain.arrive(*visible, LightPlace::Point(sight.to.x), paths, log);
         }
-        for (ray, gain) in &self.skies {
-            let visible = scene.integrator.escapes(&scene.world, ray, log);
+        for (ray, side, gain) in &self.skies {
+            let visible = scene.integrator.escapes(&scene.world, ray, *side, log);
             gain.arrive(visible, LightPlace::Sky(ray.direction), paths, log);
         }
         log.counters.connections_searched += (self.sights.len() + self.skies.len()) as u64;
@@ -93,17 +93,17 @@ impl Images {
         &mut self,
         scene: &Scene,
         connections: &dyn Connections,
-        ends: impl Iterator<Item = (DVec3, &'a LightSample)> + Clone,
+        ends: impl Iterator<Item = (spacetime::Place, &'a LightSample)> + Clone,
     ) {
         let is_sky = |light: &LightSample| matches!(light.source, LightSource::Sky { .. });
         // Nothing joins a point with itself: those of the sky are put in afterwards.
-        let pairs: ArrayVec<[DVec3; 2], BATCH> =
-            ends.clone().map(|(x, light)| [x, if is_sky(light) { x } else { light.point }]).collect();
+        let pairs: ArrayVec<[spacetime::Place; 2], BATCH> =
+            ends.clone().map(|(x, light)| [x, if is_sky(light) { x } else { light.place() }]).collect();
         self.count = connections.turns() as usize;
         for (turn, found) in (0..connections.turns()).zip(&mut self.turns) {
             connections.connect_all(&scene.world, &pairs, turn, &mut found[..pairs.len()]);
             for (found, (x, light)) in found.iter_mut().zip(ends.clone()).filter(|(_, (_, light))| is_sky(light)) {
-                *found = connections.connect_sky(&scene.world, x, light.point, turn);
+                *found = connections.connect_sky(&scene.world, x, (light.point, light.side), turn);
             }
         }
     }
@@ -180,13 +180,13 @@ impl Sought<'_> {
         let from = self.light.source.number(scene.emitters.len());
         let gain = Gain { path: self.path, light: self.throughput * carried, from };
         if matches!(self.light.source, LightSource::Sky { .. }) {
-            aimed.skies.push((start, gain));
+            aimed.skies.push((start, self.light.side, gain));
         } else {
             let target = match self.light.source {
                 LightSource::Surface { primitive, .. } => Some(primitive),
                 _ => None,
             };
-            aimed.sights.push(Sight { start, from: vertex.hit.point, to: self.light.point, target, connection: *connection });
+            aimed.sights.push(Sight { start, from: vertex.hit.point, to: self.light.place(), target, connection: *connection });
             aimed.gains.push(gain);
         }
     }

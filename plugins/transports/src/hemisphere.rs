@@ -59,8 +59,8 @@ impl LightTransport for Hemisphere {
             log.note(|| PathEvent::Traced { ray, end, throughput, lambda_nm: lambda.lambda_nm });
             let hit = match arrival {
                 Arrival::Surface(hit) => hit,
-                Arrival::Sky(direction) => {
-                    let found = throughput * scene.sky(direction, &lambda);
+                Arrival::Sky(direction, side) => {
+                    let found = throughput * scene.sky((direction, side), &lambda);
                     log.note(|| PathEvent::Found(found));
                     radiance += found;
                     break;

@@ -42,6 +42,7 @@ use bhs_core::params::Params;
 use bhs_core::path_log::PathEvent;
 use bhs_core::sampling::{SampleStream, balance_heuristic};
 use bhs_core::scene::{Scene, Vertex};
+use bhs_core::spacetime::{self, Side};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use bhs_core::transport::{BATCH, LightTransport, PathSample};
@@ -76,7 +77,7 @@ const TEACHING: usize = 3;
 /// How the ray under way was chosen: what a lamp that it finds is weighted against.
 struct Chosen {
     /// Where it left: the point of the surface itself.
-    from: DVec3,
+    from: spacetime::Place,
     /// Density of its direction per local solid angle.
     pdf: f32,
     /// Local over chart solid angle where it left.
@@ -86,26 +87,27 @@ struct Chosen {
 impl Chosen {
     /// The weight of this technique for the emission that `ray` has found at `vertex` after sweeping `phi`.
     fn weight(&self, scene: &Scene, connections: &dyn Connections, ray: &Ray, vertex: &Vertex, phi: f64) -> f32 {
-        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, vertex.hit.point, phi) else { return 1.0 };
+        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, scene.world.place_of(&vertex.hit), phi)
+        else {
+            return 1.0;
+        };
         let per_area = spread / vertex.hit.direction.dot(vertex.normal).abs();
         balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
     }
 
-    /// The light of the sky that `ray` has found in the direction `direction` after sweeping `phi`, weighted likewise.
+    /// The light of the sky that `ray` has found in the direction `sky.0` on the side `sky.1` after sweeping `phi`, weighted likewise.
     fn sky(
         &self,
         scene: &Scene,
         connections: &dyn Connections,
         ray: &Ray,
-        direction: DVec3,
+        sky: (DVec3, Side),
         phi: f64,
         lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
-        scene.sky_weighted(direction, lambda, |pdf| {
-            match connections.spread_sky(&scene.world, self.from, ray.direction, direction, phi) {
-                Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
-                None => 1.0,
-            }
+        scene.sky_weighted(sky, lambda, |pdf| match connections.spread_sky(&scene.world, self.from, ray.direction, sky, phi) {
+            Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
+            None => 1.0,
         })
     }
 }
@@ -275,7 +277,7 @@ impl Path {
                 drawn.push((met, light));
             }
         }
-        images.find(scene, connections, drawn.iter().map(|(met, light)| (met.vertex.hit.point, light)));
+        images.find(scene, connections, drawn.iter().map(|(met, light)| (scene.world.place_of(&met.vertex.hit), light)));
         for (k, (Met { index, vertex, place }, light)) in drawn.iter().enumerate() {
             let (path, State { throughput, lambda, .. }) = (&mut paths[*index], &states[*index]);
             let (throughput, path_number) = (*throughput, *index);
@@ -318,10 +320,10 @@ impl<'s> Bounce<'_, '_, 's> {
         }
         let hit = match end.arrival {
             Arrival::Surface(hit) => hit,
-            Arrival::Sky(direction) => {
+            Arrival::Sky(direction, side) => {
                 let sky = match (connections, &state.chosen) {
-                    (Some(c), Some(chosen)) => chosen.sky(scene, c, &state.ray, direction, end.phi, &state.lambda),
-                    _ => scene.sky(direction, &state.lambda),
+                    (Some(c), Some(chosen)) => chosen.sky(scene, c, &state.ray, (direction, side), end.phi, &state.lambda),
+                    _ => scene.sky((direction, side), &state.lambda),
                 };
                 let found = state.throughput * sky;
                 log.note(|| PathEvent::Found(found));
@@ -372,7 +374,7 @@ impl<'s> Bounce<'_, '_, 's> {
         let footprint = if sample.specular { state.ray.footprint } else { scene.footprints.rough };
         state.ray = vertex.spawn(&scene.world, sample.wi, footprint);
         state.chosen = (!sample.specular).then(|| Chosen {
-            from: vertex.hit.point,
+            from: scene.world.place_of(&vertex.hit),
             pdf: sample.pdf,
             solid_angle_factor: vertex.observer.solid_angle_factor(state.ray.direction),
         });

@@ -1,9 +1,10 @@
 //! What the tests of this crate share: random numbers, and small worlds over the reference intersector.
 #![allow(dead_code, reason = "every test file is a crate of its own and uses its part")]
 
-use bhs_core::blackhole::{BlackHole, FrameConvention};
+use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, SurfaceGeometry, TriangleMesh};
 use bhs_core::intersector::IntersectorBuilder;
+use bhs_core::observer::FrameConvention;
 use bhs_core::world::World;
 use bhs_intersectors::reference::Reference;
 use glam::{DVec3, Vec2};

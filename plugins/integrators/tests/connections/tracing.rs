@@ -1,7 +1,8 @@
 //! Random pairs of points, and orbits to hold connections against.
 
-use bhs_core::blackhole::{BlackHole, FrameConvention};
+use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::Connection;
+use bhs_core::observer::FrameConvention;
 use bhs_integrators::connect::swept_angle;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};

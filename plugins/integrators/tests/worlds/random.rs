@@ -102,7 +102,7 @@ impl Case {
         match a {
             Arrival::Surface(hit) if hit.geometry == 0 => (0, 0, self.twins[hit.primitive as usize]),
             Arrival::Surface(hit) => (0, hit.geometry, hit.primitive),
-            Arrival::Sky(_) => (1, 0, 0),
+            Arrival::Sky(..) => (1, 0, 0),
             Arrival::Hole => (2, 0, 0),
             Arrival::OutOfSteps => (3, 0, 0),
         }
