@@ -336,11 +336,12 @@ fn shortened(segment: &Segment, ends: Ends) -> Segment {
 }
 
 impl Crowds {
-    /// Whether something else than what was `found` may come first: another surface near that, or one where surfaces meet at edges that
+    /// Whether something else than what was `found` may come first: another surface near that or near the start, or one where surfaces meet at edges that
     /// they do not share, between which single precision may have let the segment through.
     #[inline]
     fn is_in_doubt(&self, segment: &Segment, found: Option<&PrimitiveHit>) -> bool {
         found.is_some_and(|hit| self.contacts.is_crowded(segment.at(hit.t)))
+            || self.contacts.is_crowded(segment.origin)
             || self.contacts.may_slip_through(&Segment { t_max: found.map_or(segment.t_max, |hit| hit.t), ..*segment })
     }
 }

@@ -189,7 +189,7 @@ impl Exact {
             true => surface.intersect(&range)?,
             false => return None,
         };
-        let is_within = range.t_min < t && t < range.t_max;
+        let is_within = range.t_min < t && t < range.t_max && !start.as_ref().is_some_and(|start| lies_behind(start, t, segment, bounds));
         let normal = surface.surface(segment.at(t)).normal;
         is_within.then_some(Met { t, primitive, normal, rounding: ON_ANALYTIC * size })
     }
@@ -253,6 +253,16 @@ fn beside_start(start: &End, segment: &Segment, corners: [DVec3; 3], normal: DVe
     let v = (n.dot(p.cross(ac)) * per_nn).clamp(0.0, 1.0);
     let w = (n.dot(ab.cross(p)) * per_nn).clamp(0.0, 1.0 - v);
     Some(((a + ab * v + ac * w - point).length() <= 2.0 * rounding).then_some(t))
+}
+
+/// Whether an analytic surface with the box `bounds`, which a segment meets at the parameter `t` so near to the plane of the surface on which it
+/// starts that rounding decides on which side, lies on that side of the plane to which the segment does not go: as the wall of a can on the
+/// lid of another. [`beside_start`] says the same of facets.
+fn lies_behind(start: &End, t: f64, segment: &Segment, bounds: Aabb) -> bool {
+    let rounding = ON_ANALYTIC * bounds.min.abs().max(bounds.max.abs()).max(start.point.abs()).max_element();
+    let across = start.normal.dot(segment.direction);
+    let side = start.normal * across.signum();
+    (t * across).abs() <= rounding && bounds.corners().iter().all(|corner| side.dot(*corner - start.point) <= rounding)
 }
 
 /// The one of the two normals of a plane that points upwards.
