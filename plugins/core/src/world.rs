@@ -78,6 +78,13 @@ impl Half<'_> {
         hit.map(|hit| self.of_world(hit))
     }
 
+    /// The same of a segment that starts where surfaces may be as near as rounding: see [`Intersector::closest_from`].
+    #[inline]
+    pub fn closest_from(&self, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
+        let hit = self.intersector.closest_from(segment, leaving.map(|p| self.own(p)));
+        hit.map(|hit| self.of_world(hit))
+    }
+
     /// Whether anything stands between the ends of a segment; numbers are those of the world.
     #[inline]
     pub fn blocked_between(&self, segment: &Segment, ends: Ends) -> bool {

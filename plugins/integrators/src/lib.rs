@@ -6,7 +6,8 @@
 //! (rays between two points), `connect_sky` (rays to a direction of the sky), `arithmetic`.
 //!
 //! `graded_index` follows the rays of refractive indices, `general` those of any metric by Hamilton's equations; both give curves as
-//! `tracing::arc` has them.
+//! `tracing::arc` has them. `tracing` leads any such ray through a world of surfaces; `in_spacetime` is the integrators in spacetimes other than
+//! flat space and the plain hole.
 
 pub mod arithmetic;
 pub mod chords;
@@ -17,6 +18,7 @@ mod connect_solve;
 pub mod flight;
 pub mod general;
 pub mod graded_index;
+mod in_spacetime;
 pub mod joined;
 mod micro_steps;
 mod packet;
@@ -30,6 +32,7 @@ pub mod spherical;
 mod straight;
 pub mod tracing;
 
+pub use general::General;
 pub use schwarzschild_adaptive::Adaptive;
 pub use schwarzschild_exact::Exact;
 pub use schwarzschild_rk4::Rk4;
@@ -41,7 +44,7 @@ use bhs_core::integrator::Integrator;
 
 /// All integrators, by name.
 pub const ALL: &[Plugin<dyn Integrator>] =
-    &[schwarzschild_adaptive::PLUGIN, schwarzschild_exact::PLUGIN, schwarzschild_rk4::PLUGIN, straight::PLUGIN];
+    &[general::PLUGIN, schwarzschild_adaptive::PLUGIN, schwarzschild_exact::PLUGIN, schwarzschild_rk4::PLUGIN, straight::PLUGIN];
 
 #[cfg(test)]
 mod tests {

@@ -5,6 +5,9 @@
 //! Rays that come together are followed side by side (`packet.rs`).
 //! What the chords meet is refined to where the orbit meets the surface: what is left to the tolerance is which surface is met.
 //!
+//! In other spacetimes rays are followed by what suits those best, to the same tolerance: around a charged hole by the same series, several extremal
+//! holes and wormholes by their refractive index, all others by Hamilton's equations.
+//!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `tolerance` | float | a tenth of the ray's footprint | scene | largest distance between the true ray and what is traced |
@@ -18,6 +21,7 @@
 //! ```
 
 use crate::flight::{Flight, Tolerance};
+use crate::in_spacetime::{InSpacetime, Method};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::packet::{Course, End, follow};
 use crate::taylor::TaylorOrbit;
@@ -26,9 +30,10 @@ use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
 use bhs_core::lanes::LANES;
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
-use bhs_core::spacetime::{Place, Side};
+use bhs_core::spacetime::{Place, Side, Spacetime};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
+use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Integrator> =
@@ -62,6 +67,10 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
 }
 
 impl Integrator for Adaptive {
+    fn for_spacetime(&self, _: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+        Ok(Box::new(InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps }))
+    }
+
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
         let flight = match Flight::begin(world, ray, log) {
             Ok(flight) => flight,

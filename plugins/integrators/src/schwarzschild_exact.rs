@@ -21,13 +21,15 @@
 use crate::closed_form::{ClosedForm, ExactOrbit};
 use crate::flight::{Flight, Tolerance};
 use crate::joined::{Chord, Joined, read_turns};
+use crate::straight::Straight;
 use bhs_core::Plugin;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
-use bhs_core::spacetime::Place;
+use bhs_core::spacetime::{Class, Place, Spacetime};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
+use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Integrator> =
@@ -58,6 +60,16 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
 }
 
 impl Integrator for Exact {
+    fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+        match spacetime.class() {
+            Class::Flat => Ok(Box::new(Straight)),
+            _ => {
+                Err("needs a spherical spacetime without charge, for its elliptic functions are those of one such hole"
+                    .to_owned())
+            }
+        }
+    }
+
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
         let flight = match Flight::begin(world, ray, log) {
             Ok(flight) => flight,

@@ -21,16 +21,19 @@
 //! ```
 
 use crate::flight::Flight;
+use crate::in_spacetime::{InSpacetime, Method};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::micro_steps;
 use crate::orbit::Rk4Orbit;
+use crate::straight::Straight;
 use bhs_core::Plugin;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
-use bhs_core::spacetime::Place;
+use bhs_core::spacetime::{Class, Place, Spacetime};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
+use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Integrator> =
@@ -85,6 +88,23 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
 }
 
 impl Integrator for Rk4 {
+    fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+        let of_chords = self.hits == Hits::Chord;
+        match spacetime.class() {
+            Class::Flat => Ok(Box::new(Straight)),
+            _ if of_chords => {
+                Err("needs a spherical spacetime without charge, for its steps are those of a published method".to_owned())
+            }
+            Class::Spherical(_) | Class::Index(_) => {
+                Ok(Box::new(InSpacetime { method: Method::RungeKutta(self.step), max_steps: self.max_steps }))
+            }
+            Class::General(_) => {
+                Err("needs a spherical spacetime, or one with a refractive index: several extremal holes, or a wormhole"
+                    .to_owned())
+            }
+        }
+    }
+
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
         if self.hits == Hits::Chord {
             return micro_steps::follow(world, ray, self.step, self.max_steps, log);

@@ -1,6 +1,6 @@
 //! `straight`: light in flat space.
 //!
-//! One straight line a ray, one question to the intersector. Ignores a hole. The default in a scene without one, and what
+//! One straight line a ray, one question to the intersector. Ignores a hole, and a throat: the two sides of a wormhole do not see each other. The default in a scene without one, and what
 //! `rs 0` means under any integrator.
 //!
 //! It takes no parameters.
@@ -14,10 +14,11 @@ use bhs_core::geometry::Segment;
 use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Integrator, Ray, Sight, SurfaceHit};
 use bhs_core::intersector::{Ends, SHADOW_END};
 use bhs_core::observer::Observer;
-use bhs_core::spacetime::{Place, Side};
+use bhs_core::spacetime::{Place, Side, Spacetime};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Integrator> =
@@ -27,6 +28,10 @@ pub const PLUGIN: Plugin<dyn Integrator> =
 pub struct Straight;
 
 impl Integrator for Straight {
+    fn for_spacetime(&self, _: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+        Ok(Box::new(Self))
+    }
+
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
         log.counters.geodesics += 1;
         log.counters.queries += 1;
@@ -34,6 +39,7 @@ impl Integrator for Straight {
         log.point(ray.origin);
         let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
         let hit = match ray.leaving {
+            _ if ray.side == Side::Far => world.half(Side::Far).and_then(|half| half.closest(&segment, ray.leaving)),
             None => world.intersector.closest(&segment),
             Some(_) => world.intersector.closest_from(&segment, ray.leaving),
         };
@@ -54,10 +60,10 @@ impl Integrator for Straight {
         })
     }
 
-    fn escapes(&self, world: &World, ray: &Ray, _: Side, log: &mut TraceLog) -> bool {
+    fn escapes(&self, world: &World, ray: &Ray, side: Side, log: &mut TraceLog) -> bool {
         log.counters.queries += 1;
         let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
-        !world.intersector.blocked_between(&segment, Ends { leaving: ray.leaving, target: None })
+        ray.side == side && !blocked(world, side, &segment, Ends { leaving: ray.leaving, target: None })
     }
 
     fn observer(&self, _: &World, _: Place) -> Option<Observer> {
@@ -102,6 +108,15 @@ impl Connections for Straight {
         let ends = Ends { leaving: sight.start.leaving, target: sight.target };
         // What ends on no surface must not be blocked by one that happens to be there.
         let t_max = if ends.target.is_some() { 1.0 } else { SHADOW_END };
-        !world.intersector.blocked_between(&Segment { origin, direction: sight.to.x - origin, t_min: 0.0, t_max }, ends)
+        let segment = Segment { origin, direction: sight.to.x - origin, t_min: 0.0, t_max };
+        sight.start.side == sight.to.side && !blocked(world, sight.to.side, &segment, ends)
+    }
+}
+
+/// Whether anything on `side` stands between the ends of a segment.
+fn blocked(world: &World, side: Side, segment: &Segment, ends: Ends) -> bool {
+    match side {
+        Side::Near => world.intersector.blocked_between(segment, ends),
+        Side::Far => world.half(Side::Far).is_some_and(|half| half.blocked_between(segment, ends)),
     }
 }

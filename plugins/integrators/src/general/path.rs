@@ -77,6 +77,11 @@ impl<'a> Surroundings<'a> {
         usable.then_some(Paths { surroundings: self, light, slope, lambda: 0.0, side, share, tolerance, counts: [0; 2] })
     }
 
+    /// The middle of all that bends light.
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
     fn scale(&self, x: Vector<f64>) -> f64 {
         let to = |center: DVec3| (DVec3::from(x) - center).length();
         let nearest = self.captures.iter().map(|b| to(b.center)).fold(f64::INFINITY, f64::min);

@@ -1,10 +1,11 @@
-//! What only orbits in planes have: rays around one round hole, in the chart of the areal radius. Knows no surfaces.
+//! What only orbits in planes have: rays around one round hole, in the chart of the areal radius.
 //!
 //! `arc` makes curves of the steps. `orbit` has the plane, the equation and fixed steps, `taylor` long steps with error control, `packet_orbit` those of several rays side by side,
-//! `closed_form` an orbit without charge at any angle at once.
+//! `closed_form` an orbit without charge at any angle at once. These know no surfaces; `course` is an orbit among them.
 
 pub mod arc;
 pub mod closed_form;
+pub mod course;
 pub mod orbit;
 pub mod packet_orbit;
 pub mod taylor;

@@ -1,0 +1,84 @@
+//! `general`: light in any spacetime, by Hamilton's equations.
+//!
+//! Knows nothing of a spacetime but its metric (lapse, spatial metric, rotation, and their derivatives): one ray at a time, with error control. Slow, and
+//! right wherever the metric is: the measure of all other integrators, and the only one for spacetimes that give no more than that. Offers no
+//! geodesics for light sampling.
+//!
+//! `general/hamilton` has the equations, `path` the steps, `escape` says where rays go that leave: these know no surfaces; `course` is a ray
+//! among them.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `tolerance` | float | a tenth of the ray's footprint | scene | largest distance between the true ray and what is traced |
+//! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
+//!
+//! ```bhs
+//! Integrator "general" "float tolerance" 1e-4
+//! WorldBegin
+//! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
+//! ```
+
+pub mod course;
+mod escape;
+pub mod hamilton;
+pub mod path;
+
+pub use path::{Advance, Fate, Paths, Surroundings};
+
+use crate::flight::Tolerance;
+use crate::in_spacetime::{InSpacetime, Method};
+use bhs_core::Plugin;
+use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
+use bhs_core::observer::Observer;
+use bhs_core::params::Params;
+use bhs_core::spacetime::{Place, Spacetime};
+use bhs_core::stats::TraceLog;
+use bhs_core::world::World;
+use std::sync::Arc;
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Integrator> =
+    Plugin { name: "general", summary: "light in any spacetime by Hamilton's equations", build };
+
+/// Light in any spacetime by Hamilton's equations.
+#[derive(Clone, Copy, Debug)]
+pub struct General(InSpacetime);
+
+impl General {
+    /// To that tolerance; gives up after so many steps.
+    pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
+        Self(InSpacetime { method: Method::General(tolerance), max_steps })
+    }
+}
+
+fn build(p: &Params) -> Option<Box<dyn Integrator>> {
+    let tolerance = Tolerance::read(p);
+    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
+    Some(Box::new(General::new(tolerance, max_steps as u64)))
+}
+
+impl Integrator for General {
+    fn for_spacetime(&self, _: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+        Ok(Box::new(*self))
+    }
+
+    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
+        self.0.trace(world, ray, log)
+    }
+
+    fn trace_all(&self, world: &World, rays: &[Ray], traced: &mut [Traced], log: &mut TraceLog) {
+        self.0.trace_all(world, rays, traced, log);
+    }
+
+    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
+        self.0.observer(world, place)
+    }
+
+    fn connections(&self) -> Option<&dyn Connections> {
+        self.0.connections()
+    }
+
+    fn is_curved(&self) -> bool {
+        true
+    }
+}

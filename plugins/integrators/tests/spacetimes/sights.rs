@@ -1,0 +1,44 @@
+//! What stands between two points of a ray.
+
+use crate::adaptive;
+use crate::common::Dice;
+use crate::rooms::{ray, spacetimes, trace, world};
+use bhs_core::integrator::{Arrival, Connection, Ray, Sight};
+use bhs_core::spacetime::{Class, Place};
+use bhs_core::stats::TraceLog;
+use bhs_integrators::graded_index::sight::reaches;
+use glam::DVec3;
+
+const TOLERANCE: f64 = 1e-6;
+
+fn sight(ray: &Ray, to: Place) -> Sight {
+    let connection = Connection { launch: ray.direction, arrival: DVec3::X, spread: 1.0, phi: 0.0 };
+    Sight { start: *ray, from: ray.origin, to, target: None, connection }
+}
+
+#[test]
+fn rays_reach_what_they_meet_and_nothing_behind_it() {
+    for (name, spacetime) in spacetimes().into_iter().filter(|(_, s)| matches!(s.class(), Class::Index(_))) {
+        let mut dice = Dice(31);
+        let (mut reached, mut through) = (0, 0);
+        for _ in 0..6 {
+            let world = world(&mut dice, &spacetime);
+            for _ in 0..10 {
+                let ray = ray(&mut dice, &world);
+                let (Arrival::Surface(hit), sigma) = trace(&*adaptive(TOLERANCE, &spacetime), &world, &ray) else { continue };
+                let to = world.place_of(&hit);
+                let mut log = TraceLog::default();
+                assert!(reaches(&world, &sight(&ray, to), sigma, TOLERANCE, &mut log), "{name}: {ray:?} {hit:?}");
+                assert!(log.counters.steps == 0 && log.counters.hit == 0);
+                // A point behind the surface, about.
+                let behind = Place { x: hit.point + 0.02 * hit.direction, ..to };
+                assert!(!reaches(&world, &sight(&ray, behind), sigma + 0.02, TOLERANCE, &mut log), "{name}: {ray:?} {hit:?}");
+                let half_way = Place { x: ray.origin, ..to };
+                assert!(reaches(&world, &sight(&ray, half_way), 0.5 * sigma, TOLERANCE, &mut log), "{name}");
+                reached += 1;
+                through += u32::from(to.side != ray.side);
+            }
+        }
+        assert!(reached > 30 && (through > 2 || !spacetime.has_far_side()), "{name}: {reached} {through}");
+    }
+}
