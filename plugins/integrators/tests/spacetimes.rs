@@ -1,6 +1,8 @@
 //! Rays through worlds in spacetimes other than the plain hole: against `general`, against steps so small that nothing can go wrong, and against
 //! quadratures.
 
+#[path = "spacetimes/bounces.rs"]
+mod bounces;
 #[path = "spacetimes/brute.rs"]
 mod brute;
 mod common;
@@ -10,6 +12,8 @@ mod oracles;
 mod rooms;
 #[path = "spacetimes/sights.rs"]
 mod sights;
+#[path = "spacetimes/thin.rs"]
+mod thin;
 
 use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::spacetime::{Class, Spacetime};

@@ -85,6 +85,11 @@ impl Analytic for Ball {
         [t0.min(t1), t0.max(t1)].into_iter().find(|t| s.t_min < *t && *t < s.t_max)
     }
 
+    fn intersect_again(&self, s: &Segment) -> Option<f64> {
+        let t = -2.0 * (s.origin - self.center).dot(s.direction) / s.direction.length_squared();
+        (t > 0.0 && t < s.t_max).then_some(t)
+    }
+
     fn surface(&self, point: DVec3) -> SurfaceGeometry {
         let normal = (point - self.center).normalize();
         SurfaceGeometry { normal, shading_normal: normal, uv: Vec2::ZERO }
