@@ -37,7 +37,7 @@ impl<'p> FalseColor<'p> {
     pub fn new(picture: &'p LayerPicture) -> Self {
         let fixed = match picture.layer {
             Layer::Normal | Layer::ShadingNormal => Some([-1.0, 1.0]),
-            Layer::Albedo | Layer::Outcome => Some([0.0, 1.0]),
+            Layer::Albedo | Layer::Outcome | Layer::Side => Some([0.0, 1.0]),
             _ => None,
         };
         let valued: Vec<&Value> = picture.values.iter().flatten().collect();

@@ -9,7 +9,6 @@ use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
 use bhs_core::layer::Layer;
 use bhs_core::material::Shading;
 use bhs_core::scene::{Scene, Vertex};
-use bhs_core::spacetime::Place;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use bhs_core::stats::TraceLog;
 use glam::DVec3;
@@ -34,11 +33,13 @@ impl<'a> LayerCollector<'a> {
     }
 
     /// The values of all layers, in the film's order, for a camera ray; `None` for what this ray has no value of.
-    pub fn values(&self, ray: &Ray) -> impl Iterator<Item = Option<Value>> {
+    /// `camera_ratio`: wavelength where the ray starts over that at E = 1, as the camera measures it.
+    pub fn values(&self, ray: &Ray, camera_ratio: f64) -> impl Iterator<Item = Option<Value>> {
         // A log of its own: the render's counts are those of the picture.
         let mut log = TraceLog::default();
         let arrival = self.scene.integrator.trace(&self.scene.world, ray, &mut log);
-        let seen = Seen { scene: self.scene, ray: *ray, arrival, phi: log.phi, queries: log.counters.queries };
+        let queries = log.counters.queries;
+        let seen = Seen { scene: self.scene, ray: *ray, camera_ratio, arrival, phi: log.phi, queries };
         self.layers.iter().map(move |layer| seen.value(*layer, &self.albedo))
     }
 }
@@ -47,6 +48,7 @@ impl<'a> LayerCollector<'a> {
 struct Seen<'s> {
     scene: &'s Scene,
     ray: Ray,
+    camera_ratio: f64,
     arrival: Arrival,
     phi: f64,
     queries: u64,
@@ -55,6 +57,7 @@ struct Seen<'s> {
 impl Seen<'_> {
     fn value(&self, layer: Layer, albedo: &AlbedoColor) -> Option<Value> {
         match layer {
+            Layer::ImpactParameter if self.bends_otherwise() => None,
             Layer::ImpactParameter => Some(scalar(self.hole().map_or(0.0, |h| self.impact_parameter(h)))),
             Layer::SweptAngle => self.swept_angle().map(scalar),
             Layer::Winding => self.swept_angle().map(|phi| scalar(phi / TAU)),
@@ -67,10 +70,15 @@ impl Seen<'_> {
                 Arrival::Hole => Some([0.0, 0.0, 1.0]),
                 Arrival::OutOfSteps => None,
             },
-            Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v, v.ratio / self.camera_ratio())),
+            Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v, v.ratio / self.camera_ratio)),
             Layer::Position => self.hit().map(|h| (h.point + self.scene.world.origin).to_array()),
             Layer::Normal => self.hit().map(|h| self.scene.world.surface(h).normal.to_array()),
             Layer::Depth => self.hit().map(|h| scalar((h.point - self.ray.origin).length())),
+            Layer::Side => match self.arrival {
+                Arrival::Surface(hit) => Some(scalar(f64::from(self.scene.world.side_of(hit.geometry) as u8))),
+                Arrival::Sky(_, side) => Some(scalar(f64::from(side as u8))),
+                Arrival::Hole | Arrival::OutOfSteps => None,
+            },
             // What samples find is no matter of the ray.
             Layer::Variance => None,
             Layer::ShadingNormal => self.hit().map(|h| self.scene.world.surface(h).shading_normal.to_array()),
@@ -93,9 +101,15 @@ impl Seen<'_> {
         self.scene.world.hole.as_ref().filter(|h| h.rs > 0.0 && self.scene.integrator.is_curved())
     }
 
+    /// Whether something else bends light than a plain hole, around which all orbits are plane.
+    fn bends_otherwise(&self) -> bool {
+        self.scene.world.spacetime.is_some() && self.scene.integrator.is_curved()
+    }
+
     /// Angle swept around the hole (rad).
     fn swept_angle(&self) -> Option<f64> {
         match (self.hole(), self.arrival) {
+            _ if self.bends_otherwise() => None,
             (None, _) => Some(0.0),
             (Some(_), Arrival::OutOfSteps) => None,
             (Some(_), _) => Some(self.phi),
@@ -114,6 +128,9 @@ impl Seen<'_> {
     /// Smallest distance from the hole's centre on the way (scene units): the periapsis if the ray has passed it, else the
     /// nearer end; the horizon for a ray that falls in.
     fn closest_approach(&self) -> Option<f64> {
+        if self.bends_otherwise() {
+            return None;
+        }
         let Some(hole) = self.hole() else { return Some(0.0) };
         let outward = |point: DVec3, direction: DVec3| (point - hole.center).dot(direction) > 0.0;
         let start = (self.ray.origin - hole.center).length();
@@ -138,12 +155,7 @@ impl Seen<'_> {
             Arrival::Sky(..) => 1.0,
             Arrival::Hole | Arrival::OutOfSteps => return None,
         };
-        Some(emitted / self.camera_ratio())
-    }
-
-    /// Wavelength where the ray starts over wavelength at E = 1.
-    fn camera_ratio(&self) -> f64 {
-        self.scene.observer(Place { x: self.ray.origin, side: self.ray.side }).map_or(1.0, |o| o.ratio(self.ray.direction))
+        Some(emitted / self.camera_ratio)
     }
 }
 

@@ -8,15 +8,17 @@
 
 use crate::lang::description::Entity;
 use bhs_core::Plugin;
-use bhs_core::camera::{Camera, Film, Filter};
+use bhs_core::camera::{Camera, Film, Filter, ViewpointParams};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use bhs_core::geometry::Shape;
 use bhs_core::integrator::Integrator;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
+use bhs_core::observer::Conventions;
 use bhs_core::params::{Context, Files, ParamInfo, Params, SpectrumSource};
 use bhs_core::sampling::Sampler;
+use bhs_core::spacetime::Spacetime;
 use bhs_core::texture::{Nameless, Texture};
 use bhs_core::transport::LightTransport;
 use glam::DAffine3;
@@ -105,6 +107,7 @@ kinds! {
     textures: Texture(dyn Texture) = "texture", bhs_textures::ALL;
     lights: Light(dyn Light) = "light", bhs_lights::ALL;
     area_lights: AreaLight(dyn AreaLight) = "area light", bhs_lights::AREA;
+    spacetimes: Spacetime(dyn Spacetime) = "spacetime", bhs_spacetimes::ALL;
     shapes: Shape(dyn Shape) = "shape", bhs_shapes::ALL;
 }
 
@@ -139,12 +142,24 @@ impl Registry {
 
     /// Makes the plugin that `entity` names. All that is wrong goes to `found`; a plugin may come back all the same.
     pub fn create<T: Kind + ?Sized>(&self, entity: &Entity, context: Context, found: &mut Vec<Diagnostic>) -> Option<Box<T>> {
+        self.create_with(entity, context, found, |_| None::<()>).0
+    }
+
+    /// The same, and what the directive itself reads of the parameters: see [`directive_params`].
+    pub fn create_with<T: Kind + ?Sized, D>(
+        &self,
+        entity: &Entity,
+        context: Context,
+        found: &mut Vec<Diagnostic>,
+        read: impl FnOnce(&Params) -> Option<D>,
+    ) -> (Option<Box<T>>, Option<D>) {
         let Some(plugin) = self.find::<T>(&entity.name.value) else {
             found.push(self.unknown::<T>(&entity.name));
-            return None;
+            return (None, None);
         };
         let params = Params::new(entity.name.clone(), &entity.params, context).with_defaults(&entity.defaults);
         let made = (plugin.build)(&params);
+        let of_directive = read(&params);
         let (mut faults, asked) = params.finish();
         asked.iter().for_each(|a| entity.defaults.take(a.name));
         // What has been left out because it is at fault is not missing.
@@ -157,7 +172,7 @@ impl Registry {
             );
         }
         found.extend(faults);
-        made
+        (made, of_directive)
     }
 
     /// The error that a kind has no plugin of this name.
@@ -184,8 +199,18 @@ impl Registry {
         let params = Params::new(Spanned::new(plugin.name.to_owned(), Span::default()), &[], context);
         // Only what it asks for counts here, not what it makes.
         drop((plugin.build)(&params));
+        directive_params(T::WORD, &params);
         let (_, asked) = params.finish();
         PluginInfo { kind: T::WORD, name: plugin.name, summary: plugin.summary, params: asked }
+    }
+}
+
+/// Asks for the parameters that the directives of a kind take besides those of its plugins.
+fn directive_params(kind: &str, params: &Params) {
+    match kind {
+        "spacetime" => drop(Conventions::read(params)),
+        "camera" => drop(ViewpointParams::read(params)),
+        _ => {}
     }
 }
 
@@ -252,6 +277,7 @@ mod tests {
             keyword: Span::default(),
             faulty: false,
             world_from_object: Default::default(),
+            side: bhs_core::spacetime::Side::Near,
         };
         let mut found = Vec::new();
         let context = bare_context(&NoFiles, registry.spectra());

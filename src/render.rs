@@ -162,7 +162,7 @@ impl TileWork<'_> {
             for ((seen, path), ray) in seen.iter().zip(&paths).zip(rays) {
                 let pixel = tile.index(seen.id.pixel);
                 if let Some(layers) = self.layers {
-                    tile.add_layers(pixel, job.film.layers(), layers.values(&ray), f64::from(seen.weight));
+                    tile.add_layers(pixel, job.film.layers(), layers.values(&ray, seen.camera_ratio()), f64::from(seen.weight));
                 }
                 let sums = &mut tile.sums[pixel * channels..][..channels];
                 let before = wants_variance.then(|| color(sums));

@@ -42,6 +42,11 @@ impl CameraSample {
         (seen, PathSample { ray, lambda: along, stream, radiance: SampledSpectrum::ZERO })
     }
 
+    /// Wavelength where the ray starts over wavelength at E = 1; 1 where there is no static observer.
+    pub fn camera_ratio(&self) -> f64 {
+        self.ratio.unwrap_or(1.0)
+    }
+
     /// Adds what `path` has found to the pixel's sums and returns the weight that it has there; `None`, and adds nothing, if it is not
     /// finite.
     #[inline]

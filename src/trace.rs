@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use bhs_core::integrator::{Arrival, Connections, Ray, Sight};
 use bhs_core::scene::Scene;
-use bhs_core::spacetime::Place;
+use bhs_core::spacetime::{Place, Side};
 use bhs_core::stats::TraceLog;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -19,14 +19,23 @@ const BATCH_OF_PATHS: usize = 64;
 /// The longest line that is read (bytes).
 const LONGEST_LINE: u64 = 1 << 16;
 
-/// Reads rays `ox,oy,oz,dx,dy,dz` (world coordinates, chart directions of any length) from `rays`, one a line, follows each
+/// Reads rays `ox,oy,oz,dx,dy,dz` (and `side`, if a first line names the columns so; world coordinates, chart directions of any length) from `rays`, one a line, follows each
 /// through `scene` and writes what becomes of it, in input order. Empty lines and lines that begin with `#` are passed over.
 ///
 /// # Errors
 /// If a line cannot be read as a ray (the ones before it are answered), or `out` cannot be written.
 pub fn trace(scene: &Scene, rays: impl BufRead, with_path: bool, out: &mut impl Write) -> Result<()> {
     let batch = if with_path { BATCH_OF_PATHS } else { BATCH };
-    answer_lines(rays, batch, parse_ray, |ray| answer(scene, ray, with_path), out)
+    let mut has_side = false;
+    let parse = |line: &str| match line.trim() {
+        RAY_HEADER => Ok(None),
+        line if line == format!("{RAY_HEADER},side") => {
+            has_side = true;
+            Ok(None)
+        }
+        line => parse_ray(line, has_side),
+    };
+    answer_lines(rays, batch, parse, |ray| answer(scene, ray, with_path), out)
 }
 
 /// Reads pairs of points `x1,y1,z1,x2,y2,z2` (world coordinates) from `pairs`, one a line, and writes the geodesics that lead from the first
@@ -56,7 +65,7 @@ fn next_line(from: &mut impl BufRead) -> Result<Option<String>> {
 fn answer_lines<T: Sync + Send>(
     mut lines: impl BufRead,
     batch: usize,
-    parse: impl Fn(&str) -> Result<Option<T>>,
+    mut parse: impl FnMut(&str) -> Result<Option<T>>,
     answer: impl Fn(&T) -> String + Sync,
     out: &mut impl Write,
 ) -> Result<()> {
@@ -88,10 +97,24 @@ fn answer_lines<T: Sync + Send>(
     }
 }
 
-fn parse_ray(line: &str) -> Result<Option<Ray>> {
-    let Some([origin, direction]) = parse_vectors(line, "ox,oy,oz,dx,dy,dz")? else { return Ok(None) };
+/// The columns of a line that is a ray; a line that says so may come first, with one more column `side`.
+const RAY_HEADER: &str = "ox,oy,oz,dx,dy,dz";
+
+fn parse_ray(line: &str, has_side: bool) -> Result<Option<Ray>> {
+    let (line, side) = match line.rsplit_once(',') {
+        Some((line, word)) if has_side && !line.starts_with('#') => {
+            let side = match word.trim() {
+                "near" | "" => Side::Near,
+                "far" => Side::Far,
+                other => bail!("`{other}` is no side: near or far"),
+            };
+            (line, side)
+        }
+        _ => (line, Side::Near),
+    };
+    let Some([origin, direction]) = parse_vectors(line, RAY_HEADER)? else { return Ok(None) };
     match direction.try_normalize() {
-        Some(direction) => Ok(Some(Ray::new(origin, direction))),
+        Some(direction) => Ok(Some(Ray { side, ..Ray::new(origin, direction) })),
         None => bail!("the direction is zero"),
     }
 }
@@ -173,6 +196,18 @@ fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
             push_vector(&mut json, direction);
         }
         Arrival::Hole | Arrival::OutOfSteps => {}
+    }
+    let end = match arrival {
+        Arrival::Surface(hit) => Some(scene.world.side_of(hit.geometry)),
+        Arrival::Sky(_, side) => Some(side),
+        Arrival::Hole | Arrival::OutOfSteps => None,
+    };
+    let has_far_side = scene.world.spacetime.as_ref().is_some_and(|s| s.has_far_side());
+    if let Some(side) = end.filter(|_| has_far_side) {
+        json += match side {
+            Side::Near => ",\"side\":\"near\"",
+            Side::Far => ",\"side\":\"far\"",
+        };
     }
     let _ = write!(json, ",\"phi\":{:.16e}", log.phi);
     let _ = write!(json, ",\"steps\":{},\"queries\":{}", log.counters.steps, log.counters.queries);

@@ -5,18 +5,17 @@ use crate::lang::coplanar;
 use crate::lang::has_errors;
 use crate::lang::instances::{ObjectPart, Placed};
 use crate::lang::overrides::Overrides;
-use crate::registry::{Registry, bare_context};
-use bhs_core::blackhole::BlackHole;
-use bhs_core::camera::{Camera, Viewpoint};
-use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
+use crate::lang::spacetime::{Gravity, choose_integrator, in_render_space};
+use crate::registry::Registry;
+use bhs_core::camera::{Camera, Viewpoint, ViewpointParams};
+use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
 use bhs_core::integrator::Integrator;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::light_sampling::Emitter;
 use bhs_core::material::Material;
-use bhs_core::params::{Files, Params};
-use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
+use bhs_core::sampling::Discrete;
 use bhs_core::scene::{Footprints, Scene, ShapeBinding};
 use bhs_core::spacetime::Side;
 use bhs_core::world::World;
@@ -31,14 +30,13 @@ pub(super) struct Parts {
     pub intersector: Option<(Span, Box<dyn IntersectorBuilder>)>,
     /// At least one.
     pub cameras: Vec<PartCamera>,
-    /// With the place of its name; its radius is above 0.
-    pub hole: Option<(Span, BlackHole)>,
+    /// What bends light.
+    pub gravity: Option<Gravity>,
     pub lambda_range: [f32; 2],
     pub materials: Vec<Option<Arc<dyn Material>>>,
     pub default_material: Option<Box<dyn Material>>,
     pub area_lights: Vec<Option<Box<dyn AreaLight>>>,
-    /// With the places of their names.
-    pub lights: Vec<(Span, Option<Box<dyn Light>>)>,
+    pub lights: Vec<PartLight>,
     /// Whether the light transport samples lights.
     pub aims_at_lights: bool,
     pub shapes: Vec<Part>,
@@ -52,11 +50,21 @@ pub(super) struct PartCamera {
     /// Place of the plugin's name, if the scene has a camera.
     pub span: Option<Span>,
     pub camera: Option<Box<dyn Camera>>,
+    pub viewpoint: ViewpointParams,
+}
+
+/// A light that is no surface.
+pub(super) struct PartLight {
+    /// Place of its name.
+    pub span: Span,
+    pub side: Side,
+    pub light: Option<Box<dyn Light>>,
 }
 
 /// A shape that has been made.
 pub(super) struct Part {
     pub geometry: WorldGeometry,
+    pub side: Side,
     /// Place of its name.
     pub span: Span,
     /// Number of the directive.
@@ -85,7 +93,7 @@ pub(super) fn assemble(
     found: &mut Vec<Diagnostic>,
 ) -> Option<Assembled> {
     let Parts { mut cameras, lambda_range, shapes, .. } = parts;
-    let (integrator_name, integrator) = choose_integrator(parts.integrator, parts.hole.as_ref(), registry, found);
+    let (integrator_name, integrator) = choose_integrator(parts.integrator, parts.gravity.as_ref(), registry, found);
 
     // Render space: single precision is fine near its origin only.
     check_range(&shapes, found);
@@ -94,18 +102,33 @@ pub(super) fn assemble(
     let bounds = shapes.iter().map(|s| s.geometry.bounds()).chain(objects.iter().map(Placed::bounds));
     let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
     let origin = render_origin(&bounds, cameras.first().and_then(|c| c.camera.as_deref()));
-    let moved_hole = parts.hole.map(|(span, h)| (span, BlackHole { center: h.center - origin, ..h }));
-    let bending_hole = moved_hole.filter(|_| integrator.as_ref().is_some_and(|i| i.is_curved()));
+    let bends = integrator.as_ref().is_some_and(|i| i.is_curved());
+    // In world space, and in render space.
+    let in_world = parts.gravity.filter(|_| bends);
+    let gravity = in_world.as_ref().map(|g| g.moved(origin));
+    let has_far_side = gravity.as_ref().is_some_and(|g| g.spacetime.has_far_side());
     cameras.iter_mut().filter_map(|c| c.camera.as_mut()).for_each(|c| c.rebase(origin));
-    for PartCamera { span, camera, .. } in &cameras {
+    for PartCamera { span, camera, viewpoint, .. } in &cameras {
         // Where a camera is missing, it may be for another fault.
         let unknown = overrides.without_camera || (span.is_none() && has_errors(found));
-        if let (Some(camera), Some((hole_span, hole)), false) = (camera, bending_hole, unknown) {
-            check_camera(camera.as_ref(), *span, hole_span, &hole, found);
+        if let (Some(camera), Some(gravity), false) = (camera, &gravity, unknown) {
+            gravity.check_camera(camera.as_ref(), viewpoint.side, *span, found);
         }
     }
-    let world_hole = bending_hole.map(|(span, h)| (span, BlackHole { center: h.center + origin, ..h }));
-    check_points(&parts.lights, parts.aims_at_lights, world_hole, found);
+    if !has_far_side {
+        let shapes = shapes.iter().map(|s| (s.side, s.span));
+        let objects = objects.iter().flat_map(Placed::sides);
+        let lights = parts.lights.iter().map(|l| (l.side, l.span));
+        let views = cameras.iter().filter_map(|c| Some((c.viewpoint.side, c.span?)));
+        if let Some((_, span)) = shapes.chain(objects).chain(lights).chain(views).find(|(side, _)| *side == Side::Far) {
+            found.push(
+                Diagnostic::error("no-far-side", "this stands on the far side, and there is none")
+                    .at(span, "")
+                    .help("only a wormhole has a far side: `Wormhole \"ellis\"` or `Wormhole \"dneg\"`"),
+            );
+        }
+    }
+    check_points(&parts.lights, parts.aims_at_lights, in_world.as_ref(), found);
     warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
     if has_errors(found) {
         return None;
@@ -118,47 +141,63 @@ pub(super) fn assemble(
     let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
     // The places of their names.
     let mut spans = Vec::new();
-    for part in shapes {
-        let geometry = to_render_space(part.geometry, origin, part.span, &mut load, found);
-        let mut binding = ShapeBinding { material: Arc::clone(&default_material), emitter: None, index: part.index };
-        if let Some(material) = part.material {
-            binding.material = Arc::clone(materials.get(material)?.as_ref()?);
+    let mut first_far = None;
+    let mut shapes_by_side = [Vec::new(), Vec::new()];
+    shapes.into_iter().for_each(|part| shapes_by_side[part.side as usize].push(part));
+    for (side, shapes) in [Side::Near, Side::Far].into_iter().zip(shapes_by_side) {
+        if side == Side::Far {
+            first_far = Some(geometries.len());
         }
-        if let Some(light) = part.area_light {
-            if let Some((span, hole)) = bending_hole {
-                check_light(&geometry, part.span, span, &hole, found);
+        for part in shapes {
+            let geometry = to_render_space(part.geometry, origin, part.span, &mut load, found);
+            let mut binding = ShapeBinding { material: Arc::clone(&default_material), emitter: None, index: part.index };
+            if let Some(material) = part.material {
+                binding.material = Arc::clone(materials.get(material)?.as_ref()?);
             }
-            binding.emitter = Some(emitters.len() as u32);
-            let light = Arc::clone(area_lights.get(light)?.as_ref()?);
-            emitters.push(Emitter::new(geometries.len() as u32, &geometry, light));
+            if let Some(gravity) = &gravity {
+                gravity.check_throat(&geometry, part.span, found);
+            }
+            if let Some(light) = part.area_light {
+                if let Some(gravity) = &gravity {
+                    gravity.check_light(&geometry, side, part.span, found);
+                }
+                binding.emitter = Some(emitters.len() as u32);
+                let light = Arc::clone(area_lights.get(light)?.as_ref()?);
+                emitters.push(Emitter::new(geometries.len() as u32, &geometry, light));
+            }
+            geometries.push(geometry);
+            bindings.push(binding);
+            spans.push(part.span);
         }
-        geometries.push(geometry);
-        bindings.push(binding);
-        spans.push(part.span);
-    }
-    for (geometry, part) in objects.iter().flat_map(|o| o.geometries(origin)) {
-        let material = match part.material {
-            Some(material) => Arc::clone(materials.get(material)?.as_ref()?),
-            None => Arc::clone(&default_material),
-        };
-        geometries.push(geometry);
-        bindings.push(ShapeBinding { material, emitter: None, index: part.index });
-        spans.push(part.span);
+        for (geometry, part) in objects.iter().flat_map(|o| o.geometries(origin, side)) {
+            let material = match part.material {
+                Some(material) => Arc::clone(materials.get(material)?.as_ref()?),
+                None => Arc::clone(&default_material),
+            };
+            geometries.push(geometry);
+            bindings.push(ShapeBinding { material, emitter: None, index: part.index });
+            spans.push(part.span);
+        }
     }
     if has_errors(found) {
         return None;
     }
-    coplanar::warn(&geometries, &bindings, &spans, found);
+    let first_far = first_far.unwrap_or(geometries.len());
+    for part in [0..first_far, first_far..geometries.len()] {
+        coplanar::warn(&geometries[part.clone()], &bindings[part.clone()], &spans[part], found);
+    }
     drop(spans);
     let [lo, hi] = lambda_range;
     let power =
         emitters.iter().map(|e: &Emitter| finite_power(e.light.exitance(lo, hi) * e.area(&geometries[e.geometry as usize])));
+    let mut light_sides = Vec::new();
     let lights: Vec<Arc<dyn Light>> = parts
         .lights
         .into_iter()
-        .filter_map(|(_, light)| {
-            let mut light = light?;
+        .filter_map(|part| {
+            let mut light = part.light?;
             light.rebase(origin);
+            light_sides.push(part.side);
             Some(Arc::from(light))
         })
         .collect();
@@ -166,67 +205,40 @@ pub(super) fn assemble(
     let light_choice = Discrete::new(power.chain(lights.iter().map(|l| finite_power(l.power(lo, hi, radius)))));
 
     let (intersector_span, builder) = parts.intersector?;
-    let intersector = match builder.build(&geometries) {
-        Ok(intersector) => intersector,
+    let far = geometries.split_off(first_far);
+    let mut build = |geometries: &[Geometry]| match builder.build(geometries) {
+        Ok(intersector) => Some(intersector),
         Err(why) => {
             found.push(
                 Diagnostic::error("intersector-failed", format!("the intersector cannot be built: {why}"))
                     .at(intersector_span, "")
                     .help("Option \"string intersector\" \"reference\" does without, slowly"),
             );
-            return None;
+            None
         }
     };
-    let world = World::new(geometries, intersector, moved_hole.map(|(_, h)| h), origin);
+    let intersector = build(&geometries)?;
+    let hole = gravity.as_ref().and_then(Gravity::hole);
+    let mut world = World::new(geometries, intersector, hole, origin);
+    if let Some(gravity) = gravity.filter(|_| hole.is_none()) {
+        world = world.in_spacetime(gravity.spacetime, gravity.conventions);
+    }
+    if !far.is_empty() {
+        let intersector = build(&far)?;
+        world = world.with_far_side(far, intersector);
+    }
     let integrator = integrator?;
     let mut further_views = VecDeque::new();
-    for PartCamera { name, camera, .. } in cameras {
+    for PartCamera { name, camera, viewpoint, .. } in cameras {
         let camera = camera?;
         let footprints = footprints(&world.bounds, camera.as_ref());
-        further_views.push_back(View { name, camera, viewpoint: Viewpoint::default(), footprints });
+        let viewpoint = Viewpoint { side: viewpoint.side, velocity: in_render_space(viewpoint.velocity, camera.as_ref()) };
+        further_views.push_back(View { name, camera, viewpoint, footprints });
     }
     let view = further_views.pop_front()?;
     let footprints = view.footprints;
-    let light_sides = vec![Side::Near; lights.len()];
     let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_sides, light_choice, footprints };
     Some(Assembled { scene, view, further_views, integrator_name, load })
-}
-
-/// The integrator to use: where nothing bends light it is `straight`, so that the picture is the same bit for bit.
-fn choose_integrator(
-    given: Option<(String, Box<dyn Integrator>)>,
-    hole: Option<&(Span, BlackHole)>,
-    registry: &Registry,
-    found: &mut Vec<Diagnostic>,
-) -> (String, Option<Box<dyn Integrator>>) {
-    let Some((name, integrator)) = given else { return (String::new(), None) };
-    match hole {
-        Some((span, _)) if !integrator.is_curved() => {
-            found.push(
-                Diagnostic::warning("hole-ignored", format!("the integrator `{name}` ignores the black hole"))
-                    .at(*span, "light passes it straight")
-                    .help("choose another `Integrator` to see the hole; without one, the scene gets one that bends light"),
-            );
-        }
-        None if integrator.is_curved() => {
-            let plugin = registry.find::<dyn Integrator>("straight");
-            let context = bare_context(&Nothing, registry.spectra());
-            let params = Params::new(Spanned::new("straight".to_owned(), Span::default()), &[], context);
-            if let Some(straight) = plugin.and_then(|p| (p.build)(&params)) {
-                return ("straight".to_owned(), Some(straight));
-            }
-        }
-        _ => {}
-    }
-    (name, Some(integrator))
-}
-
-struct Nothing;
-
-impl Files for Nothing {
-    fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {
-        Err("no file is read here".into())
-    }
 }
 
 /// A power that lights can be chosen by.
@@ -301,52 +313,17 @@ fn check_range(shapes: &[Part], found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// A light behind the horizon lights nothing.
-fn check_light(geometry: &Geometry, span: Span, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
-    let within = |p: DVec3| (p - hole.center).length() <= hole.rs;
-    let inside = match geometry {
-        // Points all over the surface stand for it.
-        Geometry::Analytic(surface) => (0..256).all(|i| {
-            let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
-            within(surface.sample(u).point)
-        }),
-        mesh => {
-            let count = mesh.triangle_count() as u32;
-            count > 0 && (0..count).all(|t| mesh.corners(t).is_some_and(|corners| corners.into_iter().all(within)))
-        }
-    };
-    if inside {
-        found.push(
-            Diagnostic::error("inside-horizon", "this light lies inside the black hole")
-                .at(span, "all of it is within the horizon")
-                .and(hole_span, format!("radius {}", hole.rs))
-                .help("move it out, or make `rs` smaller"),
-        );
-    }
-}
-
 /// Lights that shine from a point: not behind the horizon, and only for who aims at them. In world space.
-fn check_points(
-    lights: &[(Span, Option<Box<dyn Light>>)],
-    aims: bool,
-    hole: Option<(Span, BlackHole)>,
-    found: &mut Vec<Diagnostic>,
-) {
-    for (span, light) in lights.iter().filter_map(|(span, light)| Some((*span, light.as_ref()?))) {
+fn check_points(lights: &[PartLight], aims: bool, gravity: Option<&Gravity>, found: &mut Vec<Diagnostic>) {
+    for (span, side, light) in lights.iter().filter_map(|l| Some((l.span, l.side, l.light.as_ref()?))) {
         let Some(position) = light.position() else {
             if !aims && light.sample_sky(Vec2::splat(0.5)).is_some_and(|s| s.is_parallel) {
                 not_found(span, "no path leaves the scene in exactly its direction by chance", found);
             }
             continue;
         };
-        if let Some((hole_span, hole)) = hole.filter(|(_, h)| (position - h.center).length() <= h.rs) {
-            found.push(
-                Diagnostic::error("inside-horizon", "this light lies inside the black hole")
-                    .at(span, format!("{} from its centre", (position - hole.center).length()))
-                    .and(hole_span, format!("radius {}", hole.rs))
-                    .help("move it out, or make `rs` smaller"),
-            );
-        } else if !aims {
+        let stands = gravity.is_none_or(|g| g.check_point(position, side, span, found));
+        if stands && !aims {
             not_found(span, "no path meets a point by chance", found);
         }
     }
@@ -360,26 +337,7 @@ fn not_found(span: Span, why: &str, found: &mut Vec<Diagnostic>) {
     );
 }
 
-/// Nobody stands at or inside the horizon.
-fn check_camera(camera: &dyn Camera, span: Option<Span>, hole_span: Span, hole: &BlackHole, found: &mut Vec<Diagnostic>) {
-    let r = (camera.nearest_origin(hole.center) - hole.center).length();
-    if r > hole.rs {
-        return;
-    }
-    let d = Diagnostic::error("inside-horizon", "the camera stands inside the black hole");
-    let (here, there) = (format!("{r} from its centre"), format!("radius {}", hole.rs));
-    found.push(match span {
-        Some(span) => d.at(span, here).and(hole_span, there).help("move the camera out, or make `rs` smaller"),
-        None => d.at(hole_span, there).help("the scene has no `Camera`; the default one stands at the origin of the world"),
-    });
-}
-
-fn warn_dark(
-    lights: &[(Span, Option<Box<dyn Light>>)],
-    area_lights: &[Option<Box<dyn AreaLight>>],
-    shapes: &[Part],
-    found: &mut Vec<Diagnostic>,
-) {
+fn warn_dark(lights: &[PartLight], area_lights: &[Option<Box<dyn AreaLight>>], shapes: &[Part], found: &mut Vec<Diagnostic>) {
     // A light that could not be made has been reported; the scene is not dark for lack of one.
     let any = !lights.is_empty() || area_lights.iter().any(Option::is_none) || shapes.iter().any(|s| s.area_light.is_some());
     if !any && !has_errors(found) {

@@ -1,19 +1,19 @@
 //! The description of a scene to a scene that can be rendered: every plugin made, everything joined, moved to render space.
 
-use crate::lang::assemble::{self, Part, PartCamera, Parts};
+use crate::lang::assemble::{self, Part, PartCamera, PartLight, Parts};
 use crate::lang::attributes;
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::errors::ErrorCount;
-use crate::lang::hole::build_hole;
 use crate::lang::instances::{self, ObjectPart};
 use crate::lang::names::{Names, Pictures};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::parse::MAX_ERRORS;
 use crate::lang::seed;
 use crate::lang::source::SourceMap;
+use crate::lang::spacetime::build_spacetime;
 use crate::memory::{self, TooLarge};
 use crate::registry::{Kind, Registry, bare_context};
-use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
+use bhs_core::camera::{Camera, Film, Filter, Viewpoint, ViewpointParams};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
 use bhs_core::integrator::Integrator;
@@ -140,11 +140,10 @@ pub fn build(
             return Err(found);
         }
     }
-    let hole = description.black_hole.as_ref().and_then(|e| Some((e.name.span, build_hole(e, context, &mut found)?)));
-    // A hole of no size bends nothing.
-    let hole = hole.filter(|(_, h)| h.rs > 0.0);
+    let gravity = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));
+    let hole = gravity.as_ref().and_then(|g| g.hole());
     let context = Context {
-        hole: hole.as_ref().map(|(_, h)| h),
+        hole: hole.as_ref(),
         resolution: film.as_ref().map_or([640, 480], |f| f.resolution()),
         lambda_range: film.as_ref().map_or([360.0, 830.0], |f| f.lambda_range()),
         ..context
@@ -170,10 +169,15 @@ pub fn build(
         cameras: settings
             .cameras
             .iter()
-            .map(|c| PartCamera {
-                name: c.name.as_ref().map(|n| n.value.clone()),
-                span: camera_given.then_some(c.entity.name.span),
-                camera: create::<dyn Camera>(&c.entity, registry, context, &mut found),
+            .map(|c| {
+                let read = ViewpointParams::read;
+                let (camera, viewpoint) = create_with::<dyn Camera, _>(&c.entity, registry, context, &mut found, read);
+                PartCamera {
+                    name: c.name.as_ref().map(|n| n.value.clone()),
+                    span: camera_given.then_some(c.entity.name.span),
+                    camera,
+                    viewpoint: viewpoint.unwrap_or_default(),
+                }
             })
             .collect(),
         lambda_range: context.lambda_range,
@@ -187,12 +191,17 @@ pub fn build(
         ),
         lights: {
             let context = Context { named: &Pictures, ..context };
-            description.lights.iter().map(|e| (e.name.span, create::<dyn Light>(e, registry, context, &mut found))).collect()
+            let light = |e: &Entity| PartLight {
+                span: e.name.span,
+                side: e.side,
+                light: create::<dyn Light>(e, registry, context, &mut found),
+            };
+            description.lights.iter().map(light).collect()
         },
         aims_at_lights: transport.as_ref().is_none_or(|t| t.samples_lights()),
         shapes,
         objects,
-        hole,
+        gravity,
     };
 
     // All has been checked that can be checked alone; now what it makes together.
@@ -269,6 +278,17 @@ pub(super) fn create<T: Kind + ?Sized>(
     found: &mut Vec<Diagnostic>,
 ) -> Option<Box<T>> {
     registry.create::<T>(e, Context { world_from_object: *e.world_from_object, ..context }, found)
+}
+
+/// The same with what the directive itself reads: see [`Registry::create_with`].
+pub(super) fn create_with<T: Kind + ?Sized, D>(
+    e: &Entity,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+    read: impl FnOnce(&Params) -> Option<D>,
+) -> (Option<Box<T>>, Option<D>) {
+    registry.create_with::<T, D>(e, Context { world_from_object: *e.world_from_object, ..context }, found, read)
 }
 
 fn create_all<'e, T: Kind + ?Sized>(
@@ -362,8 +382,9 @@ fn build_shapes(
             parts.extend(instances::add_shape(object, &shape, index, surfaces, registry, context, found));
             continue;
         }
-        let (span, material, area_light) = (shape.entity.name.span, shape.material, shape.area_light);
-        parts.extend(surfaces.into_iter().map(|geometry| Part { geometry, span, index, material, area_light }));
+        let (span, side) = (shape.entity.name.span, shape.entity.side);
+        let (material, area_light) = (shape.material, shape.area_light);
+        parts.extend(surfaces.into_iter().map(|geometry| Part { geometry, side, span, index, material, area_light }));
     }
     (parts, objects)
 }

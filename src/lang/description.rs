@@ -2,6 +2,7 @@
 
 use crate::lang::attributes::{AttributeParam, Defaults};
 use bhs_core::diagnostics::{Span, Spanned};
+use bhs_core::spacetime::Side;
 use bhs_core::value::Param;
 use glam::DAffine3;
 use std::sync::Arc;
@@ -23,6 +24,8 @@ pub struct Entity {
     pub faulty: bool,
     /// The current transform at the directive: to world space. Of a camera: from camera space. Directives share it.
     pub world_from_object: Arc<DAffine3>,
+    /// The side of a wormhole on which a shape or a light is.
+    pub side: Side,
 }
 
 /// A camera, with its name if it has one.
@@ -98,6 +101,8 @@ pub struct InstanceEntity {
     pub name: Spanned<String>,
     /// Takes what was world space where the object was defined to world space.
     pub world_from_object: DAffine3,
+    /// The side of a wormhole on which it stands.
+    pub side: Side,
 }
 
 /// All of a scene.
@@ -119,8 +124,8 @@ pub struct SceneDescription {
     pub options: Vec<Param>,
     /// What `Attribute` states, all together.
     pub attributes: Vec<Arc<AttributeParam>>,
-    /// The black hole.
-    pub black_hole: Option<Entity>,
+    /// What light moves through.
+    pub spacetime: Option<Entity>,
     /// Textures in the order of the scene.
     pub textures: Vec<TextureEntity>,
     /// Materials in the order of the scene.

@@ -6,6 +6,7 @@
 use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, MAX_ATTRIBUTE_DEPTH, Resolver};
 use bhs_core::diagnostics::Diagnostic;
+use bhs_core::spacetime::Side;
 use glam::DAffine3;
 use std::sync::Arc;
 
@@ -58,7 +59,7 @@ pub(crate) const DIRECTIVES: &[Row] = &[
     row("Attribute", Section::Both, Takes::NameAndParams, |r, c| r.attribute(c)),
     row("AttributeBegin", Section::World, Takes::Nothing, |r, c| r.attribute_begin(c)),
     row("AttributeEnd", Section::World, Takes::Nothing, |r, c| r.attribute_end(c)),
-    row("BlackHole", Section::World, Takes::NameAndParams, |r, c| r.black_hole(c)),
+    row("BlackHole", Section::World, Takes::NameAndParams, |r, c| r.spacetime(c)),
     row("Camera", Section::Options, Takes::NameAndParams, |r, c| r.camera(c)),
     row("ColorSpace", Section::Both, Takes::Name, |r, c| r.color_space(c)),
     row("ConcatTransform", Section::Both, Takes::Numbers(16), |r, c| r.concat_transform(c)),
@@ -84,10 +85,13 @@ pub(crate) const DIRECTIVES: &[Row] = &[
     row("Sampler", Section::Options, Takes::NameAndParams, |r, c| r.sampler(c)),
     row("Scale", Section::Both, Takes::Numbers(3), |r, c| r.scale(c)),
     row("Shape", Section::World, Takes::NameAndParams, |r, c| r.shape(c)),
+    row("Side", Section::World, Takes::Name, |r, c| r.side(c)),
+    row("Spacetime", Section::World, Takes::NameAndParams, |r, c| r.spacetime(c)),
     row("Texture", Section::World, Takes::TextureAndParams, |r, c| r.texture(c)),
     row("Transform", Section::Both, Takes::Numbers(16), |r, c| r.transform(c)),
     row("Translate", Section::Both, Takes::Numbers(3), |r, c| r.translate(c)),
     row("WorldBegin", Section::Both, Takes::Nothing, |r, c| r.world_begin(c)),
+    row("Wormhole", Section::World, Takes::NameAndParams, |r, c| r.spacetime(c)),
 ];
 
 /// Directives of pbrt that are not there, and what to do instead.
@@ -118,7 +122,7 @@ pub(crate) fn example_name(keyword: &str) -> &'static str {
     match keyword {
         "AreaLightSource" | "Material" => "diffuse",
         "Attribute" => "shape",
-        "BlackHole" => "schwarzschild",
+        "BlackHole" | "Spacetime" => "schwarzschild",
         "Camera" => "perspective",
         "ColorSpace" => "srgb",
         "Film" => "rgb",
@@ -129,6 +133,8 @@ pub(crate) fn example_name(keyword: &str) -> &'static str {
         "PixelFilter" => "box",
         "Sampler" => "sobol",
         "Shape" => "sphere",
+        "Side" => "far",
+        "Wormhole" => "ellis",
         "Texture" => "name\" \"spectrum\" \"imagemap",
         _ => "name",
     }
@@ -233,6 +239,18 @@ impl Resolver<'_> {
         match self.stack.pop() {
             Some((state, _)) => self.state = state,
             None => self.error("stray", "this `AttributeEnd` ends nothing", call.keyword, "", "remove it"),
+        }
+    }
+
+    /// The side of a wormhole on which what follows is.
+    pub(crate) fn side(&mut self, call: Call) {
+        match call.name.value.as_str() {
+            "near" => self.state.side = Side::Near,
+            "far" => self.state.side = Side::Far,
+            other => {
+                let message = format!("unknown side `{}`", shorten(other));
+                self.error("unknown-side", message, call.name.span, "", "expected \"near\" or \"far\"");
+            }
         }
     }
 

@@ -8,6 +8,7 @@ use bhs_core::diagnostics::{Diagnostic, Severity, Span};
 use bhs_core::geometry::{Aabb, Geometry, Shape, WorldGeometry, WorldMesh};
 use bhs_core::instance::{Instance, Object};
 use bhs_core::params::Context;
+use bhs_core::spacetime::Side;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ pub(super) struct ObjectPart {
     /// What each mesh is made of.
     pub parts: Vec<MeshPart>,
     /// Where it stands, with the place of the name in the text.
-    pub places: Vec<(Span, DAffine3)>,
+    pub places: Vec<(Span, DAffine3, Side)>,
 }
 
 /// What a mesh of an object is made of.
@@ -36,7 +37,7 @@ pub(super) fn places(count: usize, instances: &[InstanceEntity]) -> Vec<ObjectPa
     let mut objects: Vec<ObjectPart> = std::iter::repeat_with(ObjectPart::default).take(count).collect();
     for instance in instances {
         if let Some(object) = instance.object.and_then(|o| objects.get_mut(o)) {
-            object.places.push((instance.name.span, instance.world_from_object));
+            object.places.push((instance.name.span, instance.world_from_object, instance.side));
         }
     }
     objects
@@ -68,7 +69,7 @@ pub(super) fn add_shape(
     if !formulas {
         return parts;
     }
-    for (_, place) in &object.places {
+    for (_, place, side) in &object.places {
         let mut said = Vec::new();
         let mut entity = shape.entity.clone();
         entity.world_from_object = Arc::new(*place * *entity.world_from_object);
@@ -78,7 +79,14 @@ pub(super) fn add_shape(
             break;
         };
         let surfaces = made.into_geometry().into_iter().filter(|g| matches!(g, WorldGeometry::Analytic(_)));
-        parts.extend(surfaces.map(|geometry| Part { geometry, span, index, material: shape.material, area_light: None }));
+        parts.extend(surfaces.map(|geometry| Part {
+            geometry,
+            side: *side,
+            span,
+            index,
+            material: shape.material,
+            area_light: None,
+        }));
     }
     parts
 }
@@ -90,7 +98,7 @@ const LARGEST: f64 = 1e15;
 pub(super) struct Placed {
     object: Arc<Object>,
     parts: Vec<MeshPart>,
-    places: Vec<(Span, DAffine3)>,
+    places: Vec<(Span, DAffine3, Side)>,
     bounds: Aabb,
 }
 
@@ -99,7 +107,7 @@ impl Placed {
     pub(super) fn new(part: ObjectPart, load: &mut LoadCounters, found: &mut Vec<Diagnostic>) -> Option<Self> {
         load.shapes += part.parts.len() as u64;
         load.instances += part.places.len() as u64;
-        let (_, first) = part.places.first()?;
+        let (_, first, _) = part.places.first()?;
         if part.meshes.is_empty() {
             return None;
         }
@@ -116,7 +124,7 @@ impl Placed {
             }
         }
         let mut placed = Self { object, parts: part.parts, places: part.places, bounds: Aabb::EMPTY };
-        for (span, place) in &placed.places {
+        for (span, place, _) in &placed.places {
             let fits = |b: &Aabb| b.is_empty() || b.min.abs().max(b.max.abs()).cmple(DVec3::splat(LARGEST)).all();
             match placed.object.place(*place, DVec3::ZERO) {
                 Some(instances) if instances.iter().all(|i| fits(&i.bounds())) => {
@@ -133,14 +141,20 @@ impl Placed {
         Some(placed)
     }
 
+    /// The sides on which it stands, with the places of the names in the text.
+    pub(super) fn sides(&self) -> impl Iterator<Item = (Side, Span)> {
+        self.places.iter().map(|(span, _, side)| (*side, *span))
+    }
+
     /// A box around all of its instances, world space.
     pub(super) fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// Its instances in render space, mesh after mesh, with what they are made of.
-    pub(super) fn geometries(&self, origin: DVec3) -> impl Iterator<Item = (Geometry, &MeshPart)> {
-        let instances = self.places.iter().flat_map(move |(_, place)| self.object.place(*place, origin).unwrap_or_default());
+    /// Its instances on a side in render space, mesh after mesh, with what they are made of.
+    pub(super) fn geometries(&self, origin: DVec3, side: Side) -> impl Iterator<Item = (Geometry, &MeshPart)> {
+        let places = self.places.iter().filter(move |(.., on)| *on == side);
+        let instances = places.flat_map(move |(_, place, _)| self.object.place(*place, origin).unwrap_or_default());
         instances.map(|i: Instance| {
             let part = &self.parts[i.part() as usize];
             (Geometry::Instance(i), part)

@@ -1,8 +1,8 @@
 //! The methods of a scene without the scene: what can be exchanged once it is built.
 
-use crate::lang::hole::build_hole;
 use crate::lang::overrides::{Overrides, Settings};
 use crate::lang::source::SourceMap;
+use crate::lang::spacetime::build_spacetime;
 use crate::lang::{build, has_errors, resolve};
 use crate::registry::{Registry, bare_context};
 use bhs_core::camera::Film;
@@ -41,7 +41,8 @@ pub fn load_method(
     let (seed, _) = build::build_options(&settings.options, registry, context, sources, &mut found);
     let context = Context { seed: overrides.seed.unwrap_or(seed), ..context };
     let film = registry.create::<dyn Film>(&settings.film, context, &mut found);
-    let hole = description.black_hole.as_ref().and_then(|e| build_hole(e, context, &mut found));
+    let gravity = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));
+    let hole = gravity.and_then(|g| g.hole());
     let context = Context {
         hole: hole.as_ref(),
         resolution: film.as_ref().map_or(context.resolution, |f| f.resolution()),

@@ -19,7 +19,7 @@ pub mod description;
 mod directives;
 mod errors;
 pub mod format;
-mod hole;
+
 mod instances;
 mod labels;
 mod lines;
@@ -31,6 +31,7 @@ pub mod parse;
 pub mod resolve;
 mod seed;
 pub mod source;
+mod spacetime;
 #[cfg(test)]
 mod tests;
 pub mod transform;

@@ -64,7 +64,12 @@ impl Resolver<'_> {
             );
             return;
         }
-        self.scene.instances.push(InstanceEntity { object: None, name: call.name, world_from_object: *self.state.ctm });
+        self.scene.instances.push(InstanceEntity {
+            object: None,
+            name: call.name,
+            world_from_object: *self.state.ctm,
+            side: self.state.side,
+        });
     }
 
     /// Where the object begins that is being defined.

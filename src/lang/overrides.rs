@@ -11,6 +11,7 @@ use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use bhs_core::integrator::Integrator;
 use bhs_core::layer::Layer;
+use bhs_core::spacetime::Side;
 use bhs_core::transport::LightTransport;
 use bhs_core::value::{Param, ParamType, Values};
 use std::sync::Arc;
@@ -123,6 +124,7 @@ fn entity(name: &str, span: Span) -> Entity {
         keyword: span,
         faulty: false,
         world_from_object: Arc::default(),
+        side: Side::Near,
     }
 }
 
@@ -160,7 +162,7 @@ impl Settings {
         let mut or_default = |slot: Option<Entity>, keyword: &str, name: &str| {
             slot.unwrap_or_else(|| entity(name, defaults.flag(keyword, &format!("\"{name}\""))))
         };
-        let bent = if scene.black_hole.is_some() { "schwarzschild-adaptive" } else { "straight" };
+        let bent = if scene.spacetime.is_some() { "schwarzschild-adaptive" } else { "straight" };
         let mut settings = Self {
             integrator: or_default(scene.integrator.take(), "Integrator", bent),
             transport: or_default(scene.transport.take(), "LightTransport", "path"),

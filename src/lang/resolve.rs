@@ -11,6 +11,7 @@ use crate::lang::parse::{self, Directives, MAX_ERRORS, shorten};
 use crate::lang::source::SourceMap;
 use crate::lang::transform;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
+use bhs_core::spacetime::Side;
 use bhs_core::value::{Param, ParamType, Values};
 use glam::{DAffine3, DVec3};
 use std::collections::BTreeMap;
@@ -28,6 +29,7 @@ pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Dia
         state: State {
             ctm: Arc::default(),
             reverse_orientation: false,
+            side: Side::Near,
             material: CurrentMaterial::Default,
             area_light: None,
             attributes: Attributes::default(),
@@ -76,7 +78,7 @@ impl Call {
         let Call { keyword, span, name, mut params, faulty, .. } = self;
         // A scene of very many small directives is made of these lists, which mostly have one member.
         params.shrink_to_fit();
-        Entity { name, params, defaults: Defaults::default(), span, keyword, faulty, world_from_object }
+        Entity { name, params, defaults: Defaults::default(), span, keyword, faulty, world_from_object, side: Side::Near }
     }
 }
 
@@ -93,6 +95,7 @@ pub(super) enum CurrentMaterial {
 pub(super) struct State {
     pub(super) ctm: Arc<DAffine3>,
     pub(super) reverse_orientation: bool,
+    pub(super) side: Side,
     pub(super) material: CurrentMaterial,
     pub(super) area_light: Option<usize>,
     pub(super) attributes: Attributes,

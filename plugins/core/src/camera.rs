@@ -1,6 +1,7 @@
 //! Cameras, filters and films: from a picture's pixels to rays, and back from radiance to pixels.
 
 use crate::layer::Layer;
+use crate::params::{Params, Vector3};
 use crate::spacetime::Side;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use glam::{DAffine3, DMat4, DVec2, DVec3, Vec2};
@@ -22,6 +23,37 @@ pub struct Viewpoint {
     pub side: Side,
     /// Velocity against the static observer, in the frame of that one along the axes of the chart (units of c, less than 1).
     pub velocity: DVec3,
+}
+
+/// [`Viewpoint`] as a camera's directive states it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ViewpointParams {
+    /// The side.
+    pub side: Side,
+    /// Velocity against the static observer along the axes of camera space (units of c, less than 1).
+    pub velocity: DVec3,
+}
+
+impl ViewpointParams {
+    /// What the parameters of a camera's directive state; `None` if something is wrong with them.
+    pub fn read(p: &Params) -> Option<Self> {
+        let side = p.get("side", "near".to_owned(), "", "side of a wormhole on which the camera is: `near` or `far`");
+        let about = "velocity against the static observer, along right, up and ahead; less than 1";
+        let Vector3(velocity) = p.get("velocity", Vector3(DVec3::ZERO), "c", about);
+        let side = match side.as_str() {
+            "near" => Side::Near,
+            "far" => Side::Far,
+            _ => {
+                p.reject("side", format!("unknown side `{side}`"), "expected `near` or `far`");
+                return None;
+            }
+        };
+        if velocity.length_squared() >= 1.0 {
+            p.reject("velocity", "nothing is as fast as light", "its length is 1 or more");
+            return None;
+        }
+        Some(Self { side, velocity })
+    }
 }
 
 /// How a camera maps points where light is straight: as if there were no hole.

@@ -32,13 +32,15 @@ pub enum Layer {
     ShadingNormal,
     /// Distance of the surface's point from where the ray starts, in the chart (scene units).
     Depth,
+    /// The side of a wormhole on which the ray ends, on a surface or far away: 0 the near one, 1 the far one.
+    Side,
     /// Variance of the samples of a pixel's colour (linear sRGB). Not of the camera rays: of what the light transport finds.
     Variance,
 }
 
 impl Layer {
     /// All layers, in the order of the language reference.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::ImpactParameter,
         Self::SweptAngle,
         Self::ClosestApproach,
@@ -51,6 +53,7 @@ impl Layer {
         Self::Normal,
         Self::ShadingNormal,
         Self::Depth,
+        Self::Side,
         Self::Variance,
     ];
 
@@ -69,6 +72,7 @@ impl Layer {
             Self::Normal => "normal",
             Self::ShadingNormal => "shadingnormal",
             Self::Depth => "depth",
+            Self::Side => "side",
             Self::Variance => "variance",
         }
     }
@@ -103,6 +107,7 @@ impl Layer {
             Self::Normal => &["N.X", "N.Y", "N.Z"],
             Self::ShadingNormal => &["Ns.X", "Ns.Y", "Ns.Z"],
             Self::Depth => &["depth"],
+            Self::Side => &["side"],
             Self::Variance => &["Variance.R", "Variance.G", "Variance.B"],
         }
     }

@@ -9,6 +9,7 @@
 //! with `d` the static observer's unit direction that is *looked* in: the light moves along `-d`. Of light that a surface sends along `n`,
 //! `d = -n`.
 
+use crate::params::Params;
 use crate::spacetime::{Stationary, Stretch};
 use glam::DVec3;
 
@@ -51,6 +52,31 @@ pub struct Conventions {
 impl Conventions {
     /// All that there is.
     pub const NATURE: Self = Self { redshift: true, radiance_shift: true, frame: FrameConvention::Static };
+
+    /// Those that the parameters of a spacetime's directive state; `None` if something is wrong with them.
+    pub fn read(p: &Params) -> Option<Self> {
+        let redshift = p.get("redshift", true, "", "whether wavelengths and radiance shift along a ray");
+        let radiance =
+            p.get("radiance", "full".to_owned(), "", "what redshift does to radiance: `full`, or `shift-only`: nothing");
+        let frame = p.get("frame", "static".to_owned(), "", "whose angles count: `static` observers' or the `chart`'s");
+        let frame = match frame.as_str() {
+            "static" => Some(FrameConvention::Static),
+            "chart" => Some(FrameConvention::Chart),
+            _ => {
+                p.reject("frame", format!("unknown frame `{frame}`"), "expected `static` or `chart`");
+                None
+            }
+        };
+        let radiance_shift = match radiance.as_str() {
+            "full" => Some(true),
+            "shift-only" => Some(false),
+            _ => {
+                p.reject("radiance", format!("unknown radiance `{radiance}`"), "expected `full` or `shift-only`");
+                None
+            }
+        };
+        Some(Self { redshift, radiance_shift: radiance_shift?, frame: frame? })
+    }
 
     /// The observer at rest where the metric is `here`.
     #[inline]

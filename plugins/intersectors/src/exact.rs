@@ -189,7 +189,8 @@ impl Exact {
             true => surface.intersect(&range)?,
             false => return None,
         };
-        let is_within = range.t_min < t && t < range.t_max && !start.as_ref().is_some_and(|start| lies_behind(start, t, segment, bounds));
+        let is_within =
+            range.t_min < t && t < range.t_max && !start.as_ref().is_some_and(|start| lies_behind(start, t, segment, bounds));
         let normal = surface.surface(segment.at(t)).normal;
         is_within.then_some(Met { t, primitive, normal, rounding: ON_ANALYTIC * size })
     }

@@ -42,7 +42,7 @@ impl Resolver<'_> {
 
     /// The plugin that `call` describes, under the current transform, with the defaults that `Attribute` has stated.
     fn entity_with_defaults(&self, call: Call, target: Target) -> Entity {
-        Entity { defaults: self.state.attributes.of(target), ..call.entity(Arc::clone(&self.state.ctm)) }
+        Entity { defaults: self.state.attributes.of(target), side: self.state.side, ..call.entity(Arc::clone(&self.state.ctm)) }
     }
 
     pub(crate) fn material(&mut self, call: Call) {
@@ -131,9 +131,19 @@ impl Resolver<'_> {
         });
     }
 
-    pub(crate) fn black_hole(&mut self, call: Call) {
-        self.not_of_the_object(call.keyword, "a black hole");
+    /// `Spacetime`, and `BlackHole` and `Wormhole`, which mean the same.
+    pub(crate) fn spacetime(&mut self, call: Call) {
+        self.not_of_the_object(call.keyword, "a spacetime");
         let entity = call.entity(Arc::clone(&self.state.ctm));
-        self.set_once(|s| &mut s.black_hole, "a black hole", entity);
+        let Some(first) = &self.scene.spacetime else {
+            self.scene.spacetime = Some(entity);
+            return;
+        };
+        self.found.push(
+            Diagnostic::error("duplicate-directive", "the scene has a spacetime already")
+                .at(entity.keyword, "second one")
+                .and(first.keyword, "first one")
+                .help("remove one of the two; several holes are one spacetime: `majumdar-papapetrou`"),
+        );
     }
 }

@@ -1,0 +1,260 @@
+//! `Spacetime`, `BlackHole`, `Wormhole`: what light moves through, with the conventions of the picture; and what may not stand where.
+
+use crate::lang::build::create_with;
+use crate::lang::description::Entity;
+use crate::registry::{Registry, bare_context};
+use bhs_core::blackhole::BlackHole;
+use bhs_core::camera::Camera;
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
+use bhs_core::geometry::Geometry;
+use bhs_core::integrator::Integrator;
+use bhs_core::observer::Conventions;
+use bhs_core::params::{Context, Files, Params};
+use bhs_core::sampling::ONE_MINUS_EPSILON;
+use bhs_core::spacetime::{Class, Place, Side, Spacetime};
+use glam::{DVec3, Vec2};
+use std::sync::Arc;
+
+/// What bends light in a scene.
+#[derive(Clone, Debug)]
+pub(super) struct Gravity {
+    /// Place of the plugin's name.
+    pub span: Span,
+    pub spacetime: Arc<dyn Spacetime>,
+    pub conventions: Conventions,
+}
+
+/// Makes the spacetime that `entity` describes, in world space; `None` if it is flat and has one side, or if something is wrong, which goes to
+/// `found`.
+pub(super) fn build_spacetime(
+    entity: &Entity,
+    registry: &Registry,
+    context: Context,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Gravity> {
+    let (made, conventions) = create_with::<dyn Spacetime, _>(entity, registry, context, found, Conventions::read);
+    let spacetime: Arc<dyn Spacetime> = made?.into();
+    let bends = !matches!(spacetime.class(), Class::Flat) || spacetime.has_far_side();
+    bends.then_some(Gravity { span: entity.name.span, spacetime, conventions: conventions? })
+}
+
+impl Gravity {
+    /// The same in coordinates with the origin `origin`.
+    pub fn moved(&self, origin: DVec3) -> Self {
+        Self { spacetime: self.spacetime.moved(origin), ..self.clone() }
+    }
+
+    /// The hole, if it is one that has no charge and does not turn, and nothing else.
+    pub fn hole(&self) -> Option<BlackHole> {
+        let Class::Spherical(hole) = self.spacetime.class() else { return None };
+        let Conventions { redshift, radiance_shift, frame } = self.conventions;
+        let plain = BlackHole { center: hole.center, rs: hole.rs, redshift, radiance_shift, frame };
+        (hole.charge_squared == 0.0).then_some(plain)
+    }
+
+    /// What is wrong with something that stands on `side` at all of `points`, if nothing can stand at any of them.
+    fn refusal(&self, what: &str, side: Side, points: impl IntoIterator<Item = DVec3>) -> Option<Diagnostic> {
+        let mut any = false;
+        for x in points {
+            any = true;
+            if self.spacetime.at(Place { x, side }).is_some() {
+                return None;
+            }
+        }
+        if !any {
+            return None;
+        }
+        let (code, message, label) = match self.spacetime.class() {
+            Class::Spherical(hole) => ("inside-horizon", "inside the black hole", format!("radius {}", hole.horizon())),
+            Class::Index(index) => match index.throat() {
+                Some(throat) => {
+                    ("inside-throat", "inside the throat of the wormhole", format!("drawn with radius {}", throat.radius))
+                }
+                None => ("inside-horizon", "on a black hole", "its centre is its horizon".to_owned()),
+            },
+            _ => ("inside-horizon", "where nothing can stand still", String::new()),
+        };
+        Some(Diagnostic::error(code, format!("{what} {message}")).and(self.span, label))
+    }
+
+    /// Nothing is seen from where nothing can stand.
+    pub fn check_camera(&self, camera: &dyn Camera, side: Side, span: Option<Span>, found: &mut Vec<Diagnostic>) {
+        let nearest = match (self.spacetime.captures().first(), self.throat_center()) {
+            (_, Some(center)) => camera.nearest_origin(center),
+            (Some(hole), None) => camera.nearest_origin(hole.center),
+            (None, None) => camera.position(),
+        };
+        let Some(d) = self.refusal("the camera stands", side, [nearest, camera.position()]) else { return };
+        found.push(match span {
+            Some(span) => d.at(span, self.distance(nearest)).help("move the camera out, or make what is in its way smaller"),
+            None => d
+                .at(self.span, "it stands there")
+                .help("the scene has no `Camera`; the default one stands at the origin of the world"),
+        });
+    }
+
+    /// A light behind the horizon lights nothing.
+    pub fn check_light(&self, geometry: &Geometry, side: Side, span: Span, found: &mut Vec<Diagnostic>) {
+        let points = points_of(geometry);
+        if let Some(d) = self.refusal("this light lies", side, points) {
+            found.push(d.at(span, "all of it is there").help("move it out, or make the hole smaller"));
+        }
+    }
+
+    /// As [`Gravity::check_light`], of a light that shines from a point.
+    pub fn check_point(&self, position: DVec3, side: Side, span: Span, found: &mut Vec<Diagnostic>) -> bool {
+        let Some(d) = self.refusal("this light lies", side, [position]) else { return true };
+        found.push(d.at(span, self.distance(position)).help("move it out, or make the hole smaller"));
+        false
+    }
+
+    /// The ball within the throat of a wormhole is no place: nothing may reach into it.
+    pub fn check_throat(&self, geometry: &Geometry, span: Span, found: &mut Vec<Diagnostic>) {
+        let Class::Index(index) = self.spacetime.class() else { return };
+        let Some(throat) = index.throat() else { return };
+        let within = |p: DVec3| (p - throat.center).length() < throat.radius;
+        let reaches_in = match geometry {
+            Geometry::Analytic(_) => points_of(geometry).into_iter().any(within),
+            mesh => (0..mesh.triangle_count() as u32)
+                .filter_map(|t| mesh.corners(t))
+                .any(|corners| within(nearest_on_triangle(throat.center, corners))),
+        };
+        if reaches_in {
+            found.push(
+                Diagnostic::error("inside-throat", "this shape reaches into the throat of the wormhole")
+                    .at(span, "the ball within the throat is no place")
+                    .and(self.span, format!("drawn with radius {}", throat.radius))
+                    .help("move the shape out of the throat, or make the throat smaller"),
+            );
+        }
+    }
+
+    fn throat_center(&self) -> Option<DVec3> {
+        match self.spacetime.class() {
+            Class::Index(index) => index.throat().map(|throat| throat.center),
+            _ => None,
+        }
+    }
+
+    /// How far from the middle `x` is, in words.
+    fn distance(&self, x: DVec3) -> String {
+        let center = self.throat_center().or_else(|| self.spacetime.captures().first().map(|b| b.center));
+        center.map_or_else(String::new, |center| format!("{} from its centre", (x - center).length()))
+    }
+}
+
+/// The integrator to use: where nothing bends light it is `straight`, so that the picture is the same bit for bit.
+pub(super) fn choose_integrator(
+    given: Option<(String, Box<dyn Integrator>)>,
+    gravity: Option<&Gravity>,
+    registry: &Registry,
+    found: &mut Vec<Diagnostic>,
+) -> (String, Option<Box<dyn Integrator>>) {
+    let Some((name, integrator)) = given else { return (String::new(), None) };
+    match gravity {
+        Some(Gravity { span, .. }) if !integrator.is_curved() => {
+            found.push(
+                Diagnostic::warning("hole-ignored", format!("the integrator `{name}` ignores the spacetime"))
+                    .at(*span, "light passes it straight")
+                    .help("choose another `Integrator` to see what bends it; without one, the scene gets one that bends light"),
+            );
+        }
+        None if integrator.is_curved() => {
+            let plugin = registry.find::<dyn Integrator>("straight");
+            let context = bare_context(&Nothing, registry.spectra());
+            let params = Params::new(Spanned::new("straight".to_owned(), Span::default()), &[], context);
+            if let Some(straight) = plugin.and_then(|p| (p.build)(&params)) {
+                return ("straight".to_owned(), Some(straight));
+            }
+        }
+        Some(gravity) if gravity.hole().is_none() => match integrator.for_spacetime(&gravity.spacetime) {
+            Ok(integrator) => return (name, Some(integrator)),
+            Err(why) => {
+                found.push(
+                    Diagnostic::error("unfit-integrator", format!("the integrator `{name}` cannot follow light here: it {why}"))
+                        .at(gravity.span, "in this spacetime")
+                        .help("leave `Integrator` out: the one that bhs chooses follows light in every spacetime"),
+                );
+                return (name, None);
+            }
+        },
+        _ => {}
+    }
+    (name, Some(integrator))
+}
+
+/// A velocity along the axes of a camera, along those of render space. A mirrored camera mirrors it too.
+pub(super) fn in_render_space(velocity: DVec3, camera: &dyn Camera) -> DVec3 {
+    let Some(matrices) = camera.matrices().filter(|_| velocity != DVec3::ZERO) else { return velocity };
+    let to_render = matrices.camera_from_render.inverse().matrix3;
+    let axes = [to_render.x_axis, to_render.y_axis, to_render.z_axis].map(DVec3::normalize);
+    axes[0] * velocity.x + axes[1] * velocity.y + axes[2] * velocity.z
+}
+
+struct Nothing;
+
+impl Files for Nothing {
+    fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {
+        Err("no file is read here".into())
+    }
+}
+
+/// The point of a triangle nearest to `p` (Ericson 2004, "Real-Time Collision Detection", section 5.1.5).
+fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
+    let (ab, ac) = (b - a, c - a);
+    let [(d1, d2), (d3, d4), (d5, d6)] = [a, b, c].map(|corner| (ab.dot(p - corner), ac.dot(p - corner)));
+    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
+    if d1 <= 0.0 && d2 <= 0.0 {
+        a
+    } else if d3 >= 0.0 && d4 <= d3 {
+        b
+    } else if d6 >= 0.0 && d5 <= d6 {
+        c
+    } else if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        a + ab * (d1 / (d1 - d3))
+    } else if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        a + ac * (d2 / (d2 - d6))
+    } else if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)))
+    } else {
+        let per = 1.0 / (va + vb + vc);
+        a + ab * (vb * per) + ac * (vc * per)
+    }
+}
+
+/// Points all over a surface, which stand for it: the corners of triangles.
+fn points_of(geometry: &Geometry) -> Vec<DVec3> {
+    match geometry {
+        Geometry::Analytic(surface) => (0..256)
+            .map(|i| {
+                let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
+                surface.sample(u).point
+            })
+            .collect(),
+        mesh => (0..mesh.triangle_count() as u32).filter_map(|t| mesh.corners(t)).flatten().collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_point_of_a_triangle_is_that_of_a_fine_net() {
+        let corners = [DVec3::new(0.1, 0.2, -0.3), DVec3::new(1.2, 0.1, 0.4), DVec3::new(0.3, 0.9, 0.2)];
+        for i in 0..125 {
+            let p = DVec3::new((i % 5) as f64, (i / 5 % 5) as f64, (i / 25) as f64) * 0.5 - 0.75;
+            let found = (nearest_on_triangle(p, corners) - p).length();
+            let mut least = f64::INFINITY;
+            for v in 0..=200 {
+                for w in 0..=200 - v {
+                    let q = corners[0]
+                        + (corners[1] - corners[0]) * (f64::from(v) / 200.0)
+                        + (corners[2] - corners[0]) * (f64::from(w) / 200.0);
+                    least = least.min((q - p).length());
+                }
+            }
+            assert!(found <= least + 1e-12 && found >= least - 0.01, "{p}: {found}, {least}");
+        }
+    }
+}
