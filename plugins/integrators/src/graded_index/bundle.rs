@@ -74,6 +74,13 @@ impl<F: Refracted> Bundle<F> {
         (a.cross(b).dot(v)).abs() / v.length()
     }
 
+    /// Derivatives of the points by the angles (rad) of launches aside, as [`Bundle::new`] has chosen the two directions:
+    /// `any_orthonormal_pair` of the launch.
+    pub fn aside(&self) -> [Vector<F>; 2] {
+        let [_, a, b] = self.state.x;
+        [a, b]
+    }
+
     /// The points that the bundles are at.
     pub fn points(&self) -> Vector<F> {
         self.state.x[0]

@@ -2,9 +2,14 @@
 //!
 //! `nystroem` has the steps, `dense` makes curves of them, `path` chooses their lengths and passes throats, `escape` says where rays go that
 //! leave, `bundle` how they spread, `medium` is what they have to be told of the index. These know no
-//! surfaces. `course` is a ray among surfaces, `sight` asks what stands in its way.
+//! surfaces. `course` is a ray among surfaces, `sight` asks what stands in its way. `connect` finds the rays between two points.
 
 pub mod bundle;
+pub mod connect;
+mod connect_blend;
+mod connect_images;
+mod connect_newton;
+mod connect_plane;
 pub mod course;
 pub mod dense;
 mod escape;

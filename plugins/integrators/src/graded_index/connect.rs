@@ -1,0 +1,131 @@
+//! Light sampling in spacetimes of a refractive index: the rays between two points.
+//!
+//! Around one centre (`connect_plane`) there is one ray of each swept angle; two are offered, the shorter way round and the other one.
+//! Among several holes the direct ray is offered, one round each hole and one round all of them, found by Newton's method (`connect_newton`)
+//! from rays of simpler spacetimes, or by continuation from those (`connect_images`). What is not found is not offered.
+//!
+//! [`Connection::phi`] is the parameter sigma at the end, with `|dx/dsigma| = n`: together with the launch it tells rays apart.
+
+use crate::flight::Tolerance;
+use crate::graded_index::connect_images::{Setting, is_near};
+use crate::graded_index::connect_newton::{Guess, Reached};
+use crate::graded_index::course;
+use crate::graded_index::sight::reaches_in;
+use bhs_core::integrator::{Connection, ConnectionPair, Connections, MOST_TURNS, Sight};
+use bhs_core::spacetime::{Class, Place, Side, Spacetime};
+use bhs_core::stats::TraceLog;
+use bhs_core::world::World;
+use glam::DVec3;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// Rays between two points of a spacetime of the class [`Class::Index`].
+#[derive(Clone, Copy, Debug)]
+pub struct GradedConnections {
+    /// Pairs of rays that it offers.
+    pairs: u32,
+    /// How far a ray may stray from the chords that look for what stands in its way.
+    tolerance: Tolerance,
+}
+
+impl GradedConnections {
+    /// Those of `spacetime`, wherever it is moved to; `None` if that is not of the class.
+    pub fn new(spacetime: &dyn Spacetime, tolerance: Tolerance) -> Option<Self> {
+        let Class::Index(_) = spacetime.class() else { return None };
+        let images = match spacetime.captures().len() {
+            0 | 1 => 2,
+            holes => holes + 2,
+        };
+        Some(Self { pairs: images.div_ceil(2).min(MOST_TURNS) as u32, tolerance })
+    }
+
+    fn images(&self) -> usize {
+        2 * self.pairs as usize
+    }
+}
+
+fn connection(found: &Reached) -> Connection {
+    let Guess { launch, sigma } = found.guess;
+    Connection { launch, arrival: found.tangent.normalize(), spread: found.spread, phi: sigma }
+}
+
+/// What was found of some pairs of points in some spacetime.
+#[derive(Default)]
+struct Known {
+    spacetime: Option<Arc<dyn Spacetime>>,
+    pairs: Vec<[Place; 2]>,
+    images: Vec<Vec<Option<Reached>>>,
+}
+
+thread_local! {
+    /// All images are found together, and asked for by turns.
+    static KNOWN: RefCell<Known> = RefCell::new(Known::default());
+}
+
+impl Connections for GradedConnections {
+    fn turns(&self) -> u32 {
+        self.pairs
+    }
+
+    fn connect(&self, world: &World, x: Place, y: Place, turn: u32) -> ConnectionPair {
+        let mut found = [[None; 2]];
+        self.connect_all(world, &[[x, y]], turn, &mut found);
+        found[0]
+    }
+
+    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
+        let Some(spacetime) = &world.spacetime else { return found.fill([None; 2]) };
+        KNOWN.with_borrow_mut(|known| {
+            let is_known = known.pairs == pairs && known.spacetime.as_ref().is_some_and(|s| Arc::ptr_eq(s, spacetime));
+            if !is_known {
+                let setting = Setting::of(&**spacetime);
+                let images = |[x, y]: [Place; 2]| setting.as_ref().map_or_else(Vec::new, |s| s.find_all(x, y, self.images()));
+                let images = pairs.iter().copied().map(images).collect();
+                *known = Known { spacetime: Some(spacetime.clone()), pairs: pairs.to_vec(), images };
+            }
+            for (found, images) in found.iter_mut().zip(&known.images) {
+                let image = |i: usize| images.get(i).and_then(|i| i.as_ref()).map(connection);
+                *found = [image(2 * turn as usize), image(2 * turn as usize + 1)];
+            }
+        });
+    }
+
+    fn spread(&self, world: &World, x: Place, launch: DVec3, y: Place, phi: f64) -> Option<f64> {
+        let setting = Setting::of(&**world.spacetime.as_ref()?)?;
+        if !setting.joins(x, y) {
+            return None;
+        }
+        let traced = Guess { launch, sigma: phi };
+        (0..self.images()).find_map(|image| {
+            let way = setting.way(x, y, image)?;
+            // What a search may end with says which rays it does not find.
+            let may_be = way.guesses.iter().any(|guess| is_near(guess, &traced));
+            let found = if may_be { way.search() } else { None };
+            found.filter(|found| found.is_same(&traced, way.distance())).map(|found| found.spread)
+        })
+    }
+
+    fn connect_sky(&self, _: &World, _: Place, _: (DVec3, Side), _: u32) -> ConnectionPair {
+        [None; 2]
+    }
+
+    fn spread_sky(&self, _: &World, _: Place, _: DVec3, _: (DVec3, Side), _: f64) -> Option<f64> {
+        None
+    }
+
+    fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
+        let mut visible = [false];
+        self.visible_all(world, std::slice::from_ref(sight), &mut visible, log);
+        visible[0]
+    }
+
+    fn visible_all(&self, world: &World, sights: &[Sight], visible: &mut [bool], log: &mut TraceLog) {
+        let Some(spacetime) = world.spacetime.as_deref() else { return visible.fill(false) };
+        let Class::Index(index) = spacetime.class() else { return visible.fill(false) };
+        let setting = course::Setting::new(world, spacetime, index);
+        for (sight, visible) in sights.iter().zip(visible) {
+            let tolerance = self.tolerance.distance(world, sight.start.footprint);
+            *visible = reaches_in(&setting, world, sight, (sight.connection.phi, tolerance), log);
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Which rays are offered between two points of spacetimes of a refractive index, and what their search begins with.
+
+use crate::graded_index::connect_blend::{Blend, Single};
+use crate::graded_index::connect_newton::{FINE, Guess, LEASH, ROUGH, Reached, Search};
+use crate::graded_index::connect_plane::Profile;
+use crate::graded_index::medium::Medium;
+use bhs_core::spacetime::{Ball, Class, Place, Side, Spacetime};
+use glam::{DQuat, DVec3};
+use std::f64::consts::TAU;
+
+/// Steps in which an index is changed to another.
+const CONTINUATION: u32 = 4;
+
+/// Where the mass of a hole is read off the index, over the radius of its ball of no return.
+const PROBE: f64 = 0.1;
+
+/// What bends light, and how it is simplified.
+pub struct Setting<'a> {
+    medium: Medium<'a>,
+    /// If it is round.
+    profile: Option<Profile<'a>>,
+    /// Each hole alone.
+    holes: Vec<Single>,
+    /// One with the mass of all of them.
+    all: Single,
+}
+
+impl<'a> Setting<'a> {
+    /// That of `spacetime`, if that is of the class.
+    pub fn of(spacetime: &'a dyn Spacetime) -> Option<Self> {
+        let Class::Index(index) = spacetime.class() else { return None };
+        let medium = Medium::new(index, spacetime.captures());
+        let profile = Profile::of(&medium);
+        // U = mass / rho + what hardly changes.
+        let potential = |ball: &Ball, rho: f64| {
+            let [a, b] = [rho, -rho].map(|rho| index.index(ball.center + DVec3::X * rho).0.sqrt().sqrt());
+            0.5 * (a + b)
+        };
+        let hole = |ball: &Ball| {
+            let rho = PROBE * ball.radius;
+            let mass = 2.0 * rho * (potential(ball, rho) - potential(ball, 2.0 * rho));
+            Single { center: ball.center, mass: if mass > 0.0 && mass.is_finite() { mass } else { ball.radius } }
+        };
+        let holes: Vec<_> = medium.captures.iter().map(hole).collect();
+        let mass: f64 = holes.iter().map(|hole| hole.mass).sum();
+        let center = holes.iter().map(|hole| hole.center * (hole.mass / mass)).sum();
+        Some(Self { medium, profile, holes, all: Single { center, mass } })
+    }
+
+    /// Whether rays can lead from `x` to `y`: two different places.
+    pub fn joins(&self, x: Place, y: Place) -> bool {
+        let is_place = |place: Place| match self.medium.throat {
+            Some(throat) => (place.x - throat.center).length() >= throat.radius,
+            None => place.side == Side::Near,
+        };
+        x != y && is_place(x) && is_place(y)
+    }
+
+    /// How ray number `image` from `x` to `y` is looked for; `None` if there is no such number.
+    ///
+    /// Around one centre: the shorter way round, the other one. Among several holes: the direct one, those round each, and that round all.
+    pub fn way(&self, x: Place, y: Place, image: usize) -> Option<Way<'_>> {
+        let search = |focus: DVec3| Search { medium: &self.medium, x, y, focus };
+        if let Some(profile) = &self.profile {
+            let guesses = vec![plane_guess(profile, x, y, image)?];
+            return Some(Way { search: search(profile.center), guesses, tolerance: FINE, start: None });
+        }
+        let alone = |hole: &Single, image: usize| self.guess_around(hole, x, y, image);
+        let (focus, guesses, start) = match image.checked_sub(1) {
+            None => {
+                let combined = alone(&self.all, 0);
+                (self.all.center, [self.superposed(x, y), combined], Some(self.all))
+            }
+            Some(i) if i < self.holes.len() => {
+                let (hole, radius) = (self.holes[i], self.medium.captures[i].radius);
+                (hole.center, [alone(&Single { mass: radius, ..hole }, 1), alone(&hole, 1)], Some(hole))
+            }
+            Some(i) if i == self.holes.len() => (self.all.center, [None, alone(&self.all, 1)], None),
+            Some(_) => return None,
+        };
+        let guesses: Vec<_> = guesses.into_iter().flatten().collect();
+        Some(Way { search: search(focus), guesses, tolerance: ROUGH, start })
+    }
+
+    fn guess_around(&self, hole: &Single, x: Place, y: Place, image: usize) -> Option<Guess> {
+        plane_guess(&Profile::of_hole(self.medium.index, hole.center, hole.mass), x, y, image)
+    }
+
+    /// The straight line, turned and made longer by as much as each of the holes alone would have it.
+    fn superposed(&self, x: Place, y: Place) -> Option<Guess> {
+        let way = y.x - x.x;
+        let (distance, straight) = (way.length(), way.try_normalize()?);
+        let (mut turn, mut sigma) = (DVec3::ZERO, distance);
+        for hole in &self.holes {
+            let guess = self.guess_around(hole, x, y, 0)?;
+            let axis = straight.cross(guess.launch);
+            turn += axis.normalize_or_zero() * axis.length().atan2(straight.dot(guess.launch));
+            sigma += guess.sigma - distance;
+        }
+        let launch = (DQuat::from_scaled_axis(turn) * straight).normalize();
+        Some(Guess { launch, sigma: sigma.max(LEAST_SIGMA * distance) })
+    }
+
+    /// All rays up to number `count`, each once.
+    pub fn find_all(&self, x: Place, y: Place, count: usize) -> Vec<Option<Reached>> {
+        let mut found: Vec<Option<Reached>> = Vec::with_capacity(count);
+        if !self.joins(x, y) {
+            return found;
+        }
+        for image in 0..count {
+            let way = self.way(x, y, image);
+            let new = way.and_then(|way| {
+                let distance = way.distance();
+                way.search().filter(|new| !found.iter().flatten().any(|old| old.is_same(&new.guess, distance)))
+            });
+            found.push(new);
+        }
+        found
+    }
+}
+
+/// The least parameter of a guess, over the distance.
+const LEAST_SIGMA: f64 = 0.3;
+
+/// A ray that is looked for.
+pub struct Way<'a> {
+    search: Search<'a>,
+    /// What the search begins with, in turn.
+    pub guesses: Vec<Guess>,
+    /// The error of the guesses, as rays.
+    tolerance: f64,
+    /// The spacetime of which the last guess is a ray, if it may be changed to the true one step by step.
+    start: Option<Single>,
+}
+
+impl Way<'_> {
+    /// The distance that errors are compared with.
+    pub fn distance(&self) -> f64 {
+        self.search.distance()
+    }
+
+    /// The ray, which [`is_near`] one of the guesses.
+    pub fn search(&self) -> Option<Reached> {
+        self.guesses.iter().find_map(|guess| self.search.run(*guess, self.tolerance)).or_else(|| self.continued())
+    }
+
+    fn continued(&self) -> Option<Reached> {
+        let (start, first) = (self.start?, *self.guesses.last()?);
+        let (end, mut guess) = (self.search.medium.index, first);
+        for step in 1..CONTINUATION {
+            let blend = Blend { start, end, share: f64::from(step) / f64::from(CONTINUATION) };
+            let medium = Medium { index: &blend, ..self.search.medium.clone() };
+            guess = Search { medium: &medium, ..self.search }.run_roughly(guess)?;
+        }
+        self.search.run(guess, self.tolerance).filter(|found| first.launch.dot(found.guess.launch) > LEASH)
+    }
+}
+
+/// Whether the search that begins with `guess` could end with `ray`.
+pub fn is_near(guess: &Guess, ray: &Guess) -> bool {
+    guess.launch.dot(ray.launch) > LEASH - 0.05
+}
+
+/// The ray around a centre, the shorter way (`image` 0) or the other one.
+fn plane_guess(profile: &Profile<'_>, x: Place, y: Place, image: usize) -> Option<Guess> {
+    let (from, to) = (x.x - profile.center, y.x - profile.center);
+    let radial = from.try_normalize()?;
+    let axis = from.cross(to);
+    let theta = axis.length().atan2(from.dot(to));
+    let aside = axis.cross(from).try_normalize().unwrap_or_else(|| radial.any_orthonormal_vector());
+    let (psi, aside) = match image {
+        0 => (theta, aside),
+        1 => (TAU - theta, -aside),
+        _ => return None,
+    };
+    let across = x.side != y.side;
+    let b = profile.s(to.length());
+    let orbit = profile.orbit(profile.s(from.length()), if across { -b } else { b }, psi)?;
+    Some(Guess { launch: (radial * orbit.cos + aside * orbit.sin).normalize(), sigma: orbit.sigma })
+}
