@@ -17,7 +17,7 @@ use bhs_core::light_sampling::Emitter;
 use bhs_core::material::Material;
 use bhs_core::sampling::Discrete;
 use bhs_core::scene::{Footprints, Scene, ShapeBinding};
-use bhs_core::spacetime::Side;
+use bhs_core::spacetime::{Class, Side};
 use bhs_core::world::World;
 use glam::{DVec3, Vec2};
 use std::collections::VecDeque;
@@ -104,7 +104,7 @@ pub(super) fn assemble(
     let origin = render_origin(&bounds, cameras.first().and_then(|c| c.camera.as_deref()));
     let bends = integrator.as_ref().is_some_and(|i| i.is_curved());
     // In world space, and in render space.
-    let in_world = parts.gravity.filter(|_| bends);
+    let in_world = parts.gravity.filter(|g| bends || g.spacetime.has_far_side());
     let gravity = in_world.as_ref().map(|g| g.moved(origin));
     let has_far_side = gravity.as_ref().is_some_and(|g| g.spacetime.has_far_side());
     cameras.iter_mut().filter_map(|c| c.camera.as_mut()).for_each(|c| c.rebase(origin));
@@ -220,7 +220,7 @@ pub(super) fn assemble(
     let intersector = build(&geometries)?;
     let hole = gravity.as_ref().and_then(Gravity::hole);
     let mut world = World::new(geometries, intersector, hole, origin);
-    if let Some(gravity) = gravity.filter(|_| hole.is_none()) {
+    if let Some(gravity) = gravity.filter(|g| hole.is_none() && !matches!(g.spacetime.class(), Class::Flat)) {
         world = world.in_spacetime(gravity.spacetime, gravity.conventions);
     }
     if !far.is_empty() {

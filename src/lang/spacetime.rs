@@ -151,7 +151,8 @@ pub(super) fn choose_integrator(
     found: &mut Vec<Diagnostic>,
 ) -> (String, Option<Box<dyn Integrator>>) {
     let Some((name, integrator)) = given else { return (String::new(), None) };
-    match gravity {
+    // A wormhole whose throat has closed is flat.
+    match gravity.filter(|g| !matches!(g.spacetime.class(), Class::Flat)) {
         Some(Gravity { span, .. }) if !integrator.is_curved() => {
             found.push(
                 Diagnostic::warning("hole-ignored", format!("the integrator `{name}` ignores the spacetime"))

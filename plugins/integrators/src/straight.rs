@@ -85,6 +85,8 @@ impl Connections for Straight {
     }
 
     fn connect(&self, _: &World, x: Place, y: Place, turn: u32) -> ConnectionPair {
+        // What is on different sides is joined by nothing.
+        let turn = if x.side == y.side { turn } else { 1 };
         let way = y.x - x.x;
         let Some(direction) = way.try_normalize().filter(|_| turn == 0) else { return [None; 2] };
         [Some(Connection { launch: direction, arrival: direction, spread: way.length_squared(), phi: 0.0 }), None]
@@ -94,8 +96,11 @@ impl Connections for Straight {
         Some((y.x - x.x).length_squared())
     }
 
-    fn connect_sky(&self, _: &World, _: Place, (direction, _): (DVec3, Side), turn: u32) -> ConnectionPair {
-        [(turn == 0).then_some(Connection { launch: direction, arrival: direction, spread: 1.0, phi: 0.0 }), None]
+    fn connect_sky(&self, _: &World, x: Place, (direction, side): (DVec3, Side), turn: u32) -> ConnectionPair {
+        [
+            (turn == 0 && x.side == side).then_some(Connection { launch: direction, arrival: direction, spread: 1.0, phi: 0.0 }),
+            None,
+        ]
     }
 
     fn spread_sky(&self, _: &World, _: Place, _: DVec3, _: (DVec3, Side), _: f64) -> Option<f64> {
