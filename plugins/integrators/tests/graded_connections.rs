@@ -195,6 +195,126 @@ impl Setting {
     }
 }
 
+/// Rays that are traced by chance are known exactly if connections offer them.
+fn by_chance(setting: &Setting, count: u32) {
+    let name = setting.name;
+    let mut random = Random(123);
+    let (mut offered, mut others) = (0, 0);
+    while offered + others < count {
+        let (x, d) = (setting.place(&mut random), random.vector().normalize());
+        let sigma = 12.0 + 11.0 * random.number();
+        let Some(y) = setting.after(x, d, sigma) else { continue };
+        // Rays bend where it is not far.
+        if y.x.length() > 9.0 {
+            continue;
+        }
+        let images = setting.images(x, y);
+        let spread = setting.connections.spread(&setting.world, x, d, y, sigma);
+        let image = images.iter().flatten().find(|c| (c.launch - d).length() < 1e-5 && (c.phi / sigma - 1.0).abs() < 1e-5);
+        match (image, spread) {
+            (Some(c), Some(spread)) => {
+                assert!((spread / c.spread - 1.0).abs() < 1e-9, "{name}: {x:?} {d}: {spread} {}", c.spread);
+                offered += 1;
+            }
+            (None, None) => others += 1,
+            _ => panic!("{name}: {x:?} {d} {sigma} {y:?}: {image:?} {spread:?} {images:?}"),
+        }
+    }
+    eprintln!("{name}: {offered} of {count} rays that are traced by chance are offered");
+    assert!(offered > count / 2, "{name}");
+}
+
+impl Setting {
+    /// Where the ray from `x` along `d` leaves, by Hamilton's equations.
+    fn leaves(&self, x: Place, d: DVec3) -> Option<(DVec3, Side)> {
+        let surroundings = Surroundings::new(&*self.spacetime, self.index().throat(), true, REACH);
+        let mut path = surroundings.start(x.x, d, x.side, 1e-12)?;
+        for _ in 0..2000 {
+            match path.advance().fate {
+                Fate::Underway | Fate::Crossed => {}
+                Fate::Escaped(direction) => return Some((direction, path.side)),
+                Fate::Captured | Fate::Lost => return None,
+            }
+        }
+        None
+    }
+}
+
+fn sky(setting: &Setting, count: u32) -> Vec<f64> {
+    let name = setting.name;
+    let mut random = Random(9);
+    let turns = setting.connections.turns();
+    let mut shares = vec![0; 2 * turns as usize];
+    let mut offered = 0;
+    for _ in 0..count {
+        let (x, at) = (setting.place(&mut random), random.vector().normalize());
+        let side = setting.place(&mut random).side;
+        let find = |sky| (0..turns).flat_map(|turn| setting.connections.connect_sky(&setting.world, x, sky, turn)).collect();
+        let images: Vec<Option<Connection>> = find((at, side));
+        for (image, c) in images.iter().enumerate() {
+            let Some(c) = c else { continue };
+            shares[image] += 1;
+            let (direction, on) = setting.leaves(x, c.launch).expect("the sky");
+            assert!(on == side && (direction - at).length() < 1e-7, "{name} {image}: {x:?} {at} {:e}", (direction - at).length());
+            // Solid angle between neighbours.
+            let (e, f) = c.launch.any_orthonormal_pair();
+            let aside = |e: DVec3| {
+                let [p, m] = [1e-5, -1e-5].map(|h| setting.leaves(x, (c.launch + h * e).normalize()));
+                let ((p, s), (m, r)) = (p?, m?);
+                (s == r).then(|| (p - m) / 2e-5)
+            };
+            if let (Some(a), Some(b)) = (aside(e), aside(f))
+                && a.length().max(b.length()) < 30.0
+            {
+                let area = a.cross(b).dot(at).abs();
+                assert!(
+                    (area - c.spread).abs() < 1e-5 * c.spread.max(1e-2 * a.length() * b.length()),
+                    "{name}: {area} {}",
+                    c.spread
+                );
+            }
+            let spread = setting.connections.spread_sky(&setting.world, x, c.launch, (at, side), c.phi);
+            assert_eq!(spread, Some(c.spread), "{name} {image}");
+        }
+        // A ray that leaves by chance.
+        let d = random.vector().normalize();
+        let Some(out) = setting.leaves(x, d) else { continue };
+        let images: Vec<Option<Connection>> = find(out);
+        let image = images.iter().flatten().find(|c| (c.launch - d).length() < 1e-5);
+        let spread = setting.connections.spread_sky(&setting.world, x, d, out, 1.0);
+        assert_eq!(image.is_some(), spread.is_some(), "{name}: {x:?} {d} {out:?} {images:?}");
+        offered += u32::from(spread.is_some());
+    }
+    let shares: Vec<f64> = shares.iter().map(|found| f64::from(*found) / f64::from(count)).collect();
+    eprintln!("{name}: of the sky {shares:.3?}, {offered} rays that leave by chance are offered, of {count}");
+    shares
+}
+
+#[test]
+fn rays_to_the_sky_are_found() {
+    let ellis = Setting::new("ellis", Ellis { center: DVec3::X * 0.2, throat: 1.0 });
+    let dneg = Setting::new("dneg", Dneg::new(DVec3::Y * 0.1, 1.0, 1.0, 0.3).unwrap());
+    let one = Setting::new("one hole", holes(&[(0.1, 0.2, -0.1, 0.7)]));
+    let two = Setting::new("two holes", holes(&[(0.0, 0.0, 1.0, 0.5), (0.0, 0.0, -1.0, 0.5)]));
+    for setting in [ellis, dneg, one] {
+        let shares = sky(&setting, count());
+        assert!(shares.iter().all(|share| *share >= 0.99), "{shares:?}");
+    }
+    assert!(sky(&two, count())[0] > 0.9);
+}
+
+#[test]
+fn rays_that_are_traced_by_chance_are_known_exactly_if_they_are_offered() {
+    let ellis = Setting::new("ellis", Ellis { center: DVec3::X * 0.2, throat: 1.0 });
+    let dneg = Setting::new("dneg", Dneg::new(DVec3::Y * 0.1, 1.0, 1.0, 0.3).unwrap());
+    let one = Setting::new("one hole", holes(&[(0.1, 0.2, -0.1, 0.7)]));
+    let two = Setting::new("two holes", holes(&[(0.0, 0.0, 1.0, 0.5), (0.0, 0.0, -1.0, 0.5)]));
+    let wide = Setting::new("two holes far apart", holes(&[(0.0, 0.0, 3.0, 0.5), (0.0, 0.0, -3.0, 0.5)]));
+    for setting in [ellis, dneg, one, two, wide] {
+        by_chance(&setting, 4 * count());
+    }
+}
+
 /// A unit vector that depends on `seed` alone.
 fn random_unit(seed: f64) -> DVec3 {
     Random(seed.to_bits()).vector().normalize()

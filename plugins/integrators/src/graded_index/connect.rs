@@ -49,6 +49,11 @@ fn connection(found: &Reached) -> Connection {
     Connection { launch, arrival: found.tangent.normalize(), spread: found.spread, phi: sigma }
 }
 
+/// The ray `found` to a point of the sky in the direction `sky`, which is `distance` away.
+fn connection_to_sky(found: &Reached, sky: DVec3, distance: f64) -> Connection {
+    Connection { arrival: sky, spread: found.spread / (distance * distance), ..connection(found) }
+}
+
 /// What was found of some pairs of points in some spacetime.
 #[derive(Default)]
 struct Known {
@@ -79,7 +84,9 @@ impl Connections for GradedConnections {
             let is_known = known.pairs == pairs && known.spacetime.as_ref().is_some_and(|s| Arc::ptr_eq(s, spacetime));
             if !is_known {
                 let setting = Setting::of(&**spacetime);
-                let images = |[x, y]: [Place; 2]| setting.as_ref().map_or_else(Vec::new, |s| s.find_all(x, y, self.images()));
+                let images = |[x, y]: [Place; 2]| {
+                    setting.as_ref().map_or_else(Vec::new, |s| s.find_all([x, y], self.images(), Setting::way))
+                };
                 let images = pairs.iter().copied().map(images).collect();
                 *known = Known { spacetime: Some(spacetime.clone()), pairs: pairs.to_vec(), images };
             }
@@ -105,12 +112,30 @@ impl Connections for GradedConnections {
         })
     }
 
-    fn connect_sky(&self, _: &World, _: Place, _: (DVec3, Side), _: u32) -> ConnectionPair {
-        [None; 2]
+    fn connect_sky(&self, world: &World, x: Place, sky: (DVec3, Side), turn: u32) -> ConnectionPair {
+        let Some(setting) = world.spacetime.as_deref().and_then(Setting::of) else { return [None; 2] };
+        let y = setting.sky(x, sky);
+        let first = 2 * turn as usize;
+        let images = setting.find_all([x, y], first + 2, Setting::way_out);
+        let distance = setting.distance(x, y);
+        let image = |i: usize| images.get(i).and_then(|i| i.as_ref()).map(|found| connection_to_sky(found, sky.0, distance));
+        [image(first), image(first + 1)]
     }
 
-    fn spread_sky(&self, _: &World, _: Place, _: DVec3, _: (DVec3, Side), _: f64) -> Option<f64> {
-        None
+    fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), _: f64) -> Option<f64> {
+        let setting = Setting::of(&**world.spacetime.as_ref()?)?;
+        let y = setting.sky(x, sky);
+        if !setting.joins(x, y) {
+            return None;
+        }
+        (0..self.images()).find_map(|image| {
+            let way = setting.way_out(x, y, image)?;
+            let may_be = way.guesses.iter().any(|guess| is_near(guess, &Guess { launch, ..*guess }));
+            let found = if may_be { way.search() } else { None };
+            // The parameter at the end says nothing.
+            let found = found.filter(|found| found.is_same(&Guess { launch, ..found.guess }, way.distance()))?;
+            Some(connection_to_sky(&found, sky.0, way.distance()).spread)
+        })
     }
 
     fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {

@@ -56,6 +56,11 @@ impl<'a> Setting<'a> {
         x != y && is_place(x) && is_place(y)
     }
 
+    /// The distance of two places that errors are compared with.
+    pub fn distance(&self, x: Place, y: Place) -> f64 {
+        Search { medium: &self.medium, x, y, focus: self.medium.center }.distance()
+    }
+
     /// How ray number `image` from `x` to `y` is looked for; `None` if there is no such number.
     ///
     /// Around one centre: the shorter way round, the other one. Among several holes: the direct one, those round each, and that round all.
@@ -73,7 +78,7 @@ impl<'a> Setting<'a> {
             }
             Some(i) if i < self.holes.len() => {
                 let (hole, radius) = (self.holes[i], self.medium.captures[i].radius);
-                (hole.center, [alone(&Single { mass: radius, ..hole }, 1), alone(&hole, 1)], Some(hole))
+                (hole.center, [alone(&Single { mass: radius, ..hole }, 1), alone(&hole, 1)], None)
             }
             Some(i) if i == self.holes.len() => (self.all.center, [None, alone(&self.all, 1)], None),
             Some(_) => return None,
@@ -101,14 +106,35 @@ impl<'a> Setting<'a> {
         Some(Guess { launch, sigma: sigma.max(LEAST_SIGMA * distance) })
     }
 
-    /// All rays up to number `count`, each once.
-    pub fn find_all(&self, x: Place, y: Place, count: usize) -> Vec<Option<Reached>> {
+    /// A point in the direction `sky.0` of the side `sky.1`, so far away that rays which go there from `x` leave in that direction.
+    pub fn sky(&self, x: Place, sky: (DVec3, Side)) -> Place {
+        let distance = SKY * (x.x - self.medium.center).length().max(self.medium.far);
+        Place { x: self.medium.center + sky.0 * distance, side: sky.1 }
+    }
+
+    /// [`Setting::way`] to a point of [`Setting::sky`].
+    pub fn way_out(&self, x: Place, y: Place, image: usize) -> Option<Way<'_>> {
+        let mut way = self.way(x, y, image)?;
+        let distance = way.distance();
+        // All but the distance is less than rounding.
+        way.guesses.iter_mut().for_each(|guess| guess.sigma = distance);
+        way.tolerance = ROUGH;
+        Some(way)
+    }
+
+    /// All rays to `y` up to number `count`, each once; `way` says how they are looked for.
+    pub fn find_all<'s>(
+        &'s self,
+        [x, y]: [Place; 2],
+        count: usize,
+        way: impl Fn(&'s Self, Place, Place, usize) -> Option<Way<'s>>,
+    ) -> Vec<Option<Reached>> {
         let mut found: Vec<Option<Reached>> = Vec::with_capacity(count);
         if !self.joins(x, y) {
             return found;
         }
         for image in 0..count {
-            let way = self.way(x, y, image);
+            let way = way(self, x, y, image);
             let new = way.and_then(|way| {
                 let distance = way.distance();
                 way.search().filter(|new| !found.iter().flatten().any(|old| old.is_same(&new.guess, distance)))
@@ -118,6 +144,12 @@ impl<'a> Setting<'a> {
         found
     }
 }
+
+/// Distance of a point of the sky over that of the ray's start and over the extent of what bends it.
+const SKY: f64 = 1e9;
+
+/// Error of a guess, over the distance, from which on nothing is looked for.
+const HOPELESS: f64 = 2.0;
 
 /// The least parameter of a guess, over the distance.
 const LEAST_SIGMA: f64 = 0.3;
@@ -141,7 +173,18 @@ impl Way<'_> {
 
     /// The ray, which [`is_near`] one of the guesses.
     pub fn search(&self) -> Option<Reached> {
-        self.guesses.iter().find_map(|guess| self.search.run(*guess, self.tolerance)).or_else(|| self.continued())
+        let [first, others @ ..] = self.guesses.as_slice() else { return None };
+        if others.is_empty() {
+            return self.search.run(*first, self.tolerance);
+        }
+        let mut guesses: Vec<_> = self.guesses.iter().map(|guess| (self.search.error(guess, self.tolerance), *guess)).collect();
+        guesses.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let promising = guesses.iter().filter(|(error, _)| *error < HOPELESS);
+        promising
+            .map(|(_, guess)| self.search.run(*guess, self.tolerance))
+            .find(Option::is_some)
+            .flatten()
+            .or_else(|| self.continued())
     }
 
     fn continued(&self) -> Option<Reached> {

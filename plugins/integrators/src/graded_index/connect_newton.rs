@@ -30,6 +30,8 @@ pub struct Reached {
     pub axes: [DVec3; 2],
     /// Derivatives of the point by the angles of a launch towards those.
     pub aside: [DVec3; 2],
+    /// The error that it was followed with, over the distance from the nearest hole.
+    pub tolerance: f64,
     /// Chart area across the bundle over chart solid angle of the launch.
     pub spread: f64,
 }
@@ -46,11 +48,11 @@ const MOST_STEPS: u32 = 400;
 const NEAREST: f64 = 1e-4;
 
 /// Rays of one search, and lengths of one step that are tried.
-const FOLLOWS: u32 = 30;
+const FOLLOWS: u32 = 16;
 const HALVINGS: u32 = 4;
 
-/// What the error has to be multiplied by for derivatives to be used again.
-const QUICK: f64 = 0.2;
+/// By how much the error has to become less in a step.
+const SLOW: f64 = 0.7;
 
 /// The largest change of the parameter in one step, over the parameter.
 const MOST_LONGER: f64 = 0.7;
@@ -121,7 +123,7 @@ fn follow(medium: &Medium<'_>, x: Place, guess: Guess, tolerance: f64) -> Option
     })?;
     let bundle = bundle.after(medium, left);
     let aside = bundle.aside().map(DVec3::from);
-    Some(Reached { guess, place, tangent, axes: axes.into(), aside, spread: bundle.spread() })
+    Some(Reached { guess, place, tangent, axes: axes.into(), aside, tolerance, spread: bundle.spread() })
 }
 
 /// A search for a ray.
@@ -167,12 +169,19 @@ impl Search<'_> {
         Some(self.run_to(guess, ROUGH, ROUGH)?.guess)
     }
 
-    /// Neighbours cost several times as much as the ray: their derivatives are kept while they lead on quickly.
+    /// How far from its end the ray `guess` is after its parameter, over the distance.
+    pub fn error(&self, guess: &Guess, tolerance: f64) -> f64 {
+        end_of(self.medium, self.x, guess, tolerance).map_or(f64::INFINITY, |place| self.off(place).length() / self.distance())
+    }
+
+    /// Neighbours cost several times as much as the ray: their derivatives are brought up to date by what rays show (Broyden 1965) while that
+    /// leads on.
     fn run_to(&self, guess: Guess, mut tolerance: f64, last: f64) -> Option<Reached> {
         let first = guess.launch;
         let distance = self.distance();
         let enough = (FOUND * distance).max(ROUNDING * (self.y.x - self.focus).length());
         let mut near = follow(self.medium, self.x, guess, tolerance)?;
+        let mut derivative = near.derivative();
         let mut at = near.guess;
         let mut off = self.off(near.place);
         let (mut is_fresh, mut follows) = (true, 0);
@@ -187,9 +196,10 @@ impl Search<'_> {
                 continue;
             }
             if error <= enough && tolerance == FINE {
-                return if is_fresh { Some(near) } else { follow(self.medium, self.x, at, tolerance) };
+                let is_last = is_fresh && near.tolerance == FINE;
+                return if is_last { Some(near) } else { follow(self.medium, self.x, at, tolerance) };
             }
-            let change = near.derivative().inverse() * off;
+            let change = derivative.inverse() * off;
             let turned = change.truncate().length();
             let mut share = (MOST_TURNED / turned).min(MOST_LONGER * at.sigma / change.z.abs()).min(1.0);
             let mut better = None;
@@ -201,22 +211,28 @@ impl Search<'_> {
                 }
                 better = end_of(self.medium, self.x, &guess, tolerance)
                     .map(|place| (guess, self.off(place)))
-                    .filter(|(_, off)| off.length() < error);
+                    .filter(|(_, off)| off.length() < SLOW * error);
                 if better.is_some() {
                     break;
                 }
                 share *= 0.5;
             }
-            let was_fresh = is_fresh;
-            let is_quick = better.as_ref().is_some_and(|(_, off)| off.length() < QUICK * error);
             if let Some((guess, closer)) = better {
+                let step = change * share;
+                let weighted = DVec3::new(step.x, step.y, step.z / (at.sigma * at.sigma));
+                let missed = (off - closer - derivative * step) / weighted.dot(step);
+                derivative += DMat3::from_cols(missed * weighted.x, missed * weighted.y, missed * weighted.z);
                 (at, off, is_fresh) = (guess, closer, false);
-            } else if was_fresh {
+            } else if is_fresh {
                 // Rounding may end it a little earlier.
-                return (error <= STALLED * distance && tolerance == FINE).then_some(near);
-            }
-            if !is_quick && off.length() > enough {
+                return if error <= STALLED * distance && tolerance == FINE {
+                    follow(self.medium, self.x, at, tolerance)
+                } else {
+                    None
+                };
+            } else {
                 near = follow(self.medium, self.x, at, tolerance)?;
+                derivative = near.derivative();
                 is_fresh = true;
             }
         }

@@ -42,7 +42,7 @@ pub struct Orbit {
 }
 
 /// Nodes and weights of Gauss and Legendre between 0 and 1.
-const NODES: usize = 20;
+const NODES: usize = 28;
 
 static GAUSS: LazyLock<[[f64; 2]; NODES]> = LazyLock::new(|| {
     std::array::from_fn(|i| {
