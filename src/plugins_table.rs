@@ -1,6 +1,6 @@
 //! What `bhs plugins` prints: the plugins, and their parameters as their constructors ask for them.
 
-use crate::registry::{PluginInfo, Registry};
+use crate::registry::{PluginInfo, Registry, full_name};
 use bhs_core::diagnostics::did_you_mean;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -37,7 +37,7 @@ pub fn render(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> Re
             heading(&mut text, kind);
             of_kind.iter().for_each(|p| table(&mut text, p));
         }
-        Some(name) => match of_kind.iter().find(|p| p.name == name) {
+        Some(name) => match of_kind.iter().find(|p| p.name == name || p.name == full_name(kind, name)) {
             Some(plugin) => table(&mut text, plugin),
             None => return Err(unknown(kind, name, &of_kind.iter().map(|p| p.name).collect::<Vec<_>>())),
         },
@@ -53,7 +53,9 @@ pub fn to_json(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> R
     // The same faults in the same words.
     render(registry, kind, name)?;
     let all = registry.describe();
-    let wanted = |p: &&PluginInfo| kind.is_none_or(|k| k == word(p.kind)) && name.is_none_or(|n| n == p.name);
+    let wanted = |p: &&PluginInfo| {
+        kind.is_none_or(|k| k == word(p.kind)) && name.is_none_or(|n| n == p.name || full_name(p.kind, n) == p.name)
+    };
     Ok(all.iter().filter(wanted).map(plugin_json).collect())
 }
 

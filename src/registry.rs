@@ -125,9 +125,10 @@ pub struct PluginInfo {
 }
 
 impl Registry {
-    /// The plugin of a kind with the given name.
+    /// The plugin of a kind with the given name, which may be a short one.
     pub fn find<T: Kind + ?Sized>(&self, name: &str) -> Option<Plugin<T>> {
-        T::list(self).iter().find(|p| p.name == name).copied()
+        let named = |name: &str| T::list(self).iter().find(|p| p.name == name).copied();
+        named(name).or_else(|| named(full_name(T::WORD, name)))
     }
 
     /// The names of all plugins of a kind.
@@ -214,6 +215,12 @@ fn directive_params(kind: &str, params: &Params) {
     }
 }
 
+/// The name of the plugin of the kind `kind` for which `name` is short; else `name` itself.
+pub fn full_name<'a>(kind: &str, name: &'a str) -> &'a str {
+    let short = bhs_integrators::SHORT_NAMES.iter().find(|(short, _)| kind == "integrator" && *short == name);
+    short.map_or(name, |(_, full)| *full)
+}
+
 /// A context in which nothing of the scene is known yet.
 pub fn bare_context<'a>(files: &'a dyn Files, spectra: &'a dyn SpectrumSource) -> Context<'a> {
     Context {
@@ -286,6 +293,15 @@ mod tests {
         entity.name.value = "nowhare".into();
         assert!(registry.create::<dyn Camera>(&entity, context, &mut found).is_none());
         assert_eq!(found[0].help.as_deref(), Some("did you mean `nowhere`?"));
+    }
+
+    #[test]
+    fn short_names_are_those_of_plugins() {
+        let registry = Registry::builtin();
+        for (short, full) in bhs_integrators::SHORT_NAMES {
+            assert_eq!(registry.find::<dyn Integrator>(short).map(|p| p.name), Some(*full));
+            assert!(registry.find::<dyn LightTransport>(short).is_none());
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! How light travels: the integrators of light rays. One file, one plugin.
 //!
 //! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`
-//! and `refine` (from steps to hits), `flight` (one ray from start to end; `micro_steps` is the plain way), `packet` with `packet_orbit`,
+//! and `refine` (from steps to hits), `flight` (one ray from start to end), `packet` with `packet_orbit`,
 //! `packet_leaps` and `packet_hits` (several rays side by side), `connect` and `joined`
 //! (rays between two points), `connect_sky` (rays to a direction of the sky), `arithmetic`.
 //!
@@ -43,11 +43,21 @@ use bhs_core::Plugin;
 use bhs_core::integrator::Integrator;
 
 /// All integrators, by name.
-pub const ALL: &[Plugin<dyn Integrator>] =
-    &[general::PLUGIN, schwarzschild_adaptive::PLUGIN, schwarzschild_exact::PLUGIN, schwarzschild_rk4::PLUGIN, straight::PLUGIN];
+pub const ALL: &[Plugin<dyn Integrator>] = &[
+    general::PLUGIN,
+    micro_steps::PLUGIN,
+    schwarzschild_adaptive::PLUGIN,
+    schwarzschild_exact::PLUGIN,
+    schwarzschild_rk4::PLUGIN,
+    straight::PLUGIN,
+];
+
+/// Short names of some of them, and what they stand for.
+pub const SHORT_NAMES: &[(&str, &str)] =
+    &[("adaptive", "schwarzschild-adaptive"), ("exact", "schwarzschild-exact"), ("rk4", "schwarzschild-rk4")];
 
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "micro_steps", "packet", "packet_hits", "packet_leaps",             "refine"]);
+        helpers: ["chords", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "packet", "packet_hits", "packet_leaps",             "refine"]);
 }

@@ -1,17 +1,38 @@
-//! The method of Aikawa, Zhou and Wang 2019 to the letter: fixed micro-steps, and a hit is where a chord meets a surface.
+//! `micro-steps`: the method of Aikawa, Zhou and Wang 2019 to the letter: fixed micro-steps, and a hit is where a chord meets a surface.
 //!
 //! Each step of the orbit is one straight segment, and each segment is put to the intersector: none is longer because nothing is near,
 //! and what a segment meets counts as it is, its point and its direction those of the chord. The baseline that everything else is
-//! measured against.
+//! measured against. The same as `schwarzschild-rk4` with `"string hits" "chord"`.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `step` | float | 0.1 | rad | angle swept by one step |
+//! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
+//! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
+//!
+//! ```bhs
+//! Integrator "micro-steps" "float step" 0.05
+//! WorldBegin
+//! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
+//! ```
 
 use crate::flight::Flight;
 use crate::orbit::{Dense, Fate, Rk4Orbit, Stepper};
+use crate::schwarzschild_rk4::build_micro_steps;
+use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
+use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
 use bhs_core::intersector::PrimitiveHit;
 use bhs_core::spacetime::Side;
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Integrator> = Plugin {
+    name: "micro-steps",
+    summary: "light around a Schwarzschild hole by straight micro-steps, as Aikawa, Zhou and Wang 2019",
+    build: build_micro_steps,
+};
 
 /// How far a segment reaches beyond its end, relative to the coordinates there: as much as the single precision of meshes could tear
 /// neighbours apart.

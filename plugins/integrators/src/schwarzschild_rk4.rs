@@ -3,7 +3,7 @@
 //! Classic Runge-Kutta (order 4) on `u'' = (3/2) rs u^2 - u`, `u = 1/r`; the chords between steps go to the intersector
 //! (order 2: their sagitta is `(3/16) rs step^2`, at every distance from the hole), and what they meet is refined to where the
 //! orbit meets it; where nothing is near, several steps make one chord. With `"string hits" "chord"` every step is a question and what
-//! its chord meets counts as it is (order 2): that is the method of the paper, and what others are measured against. Ends on a surface, in the sky or behind the horizon, after as many windings as the orbit makes. The
+//! its chord meets counts as it is (order 2): that is the method of the paper, which has the name `micro-steps` too. Ends on a surface, in the sky or behind the horizon, after as many windings as the orbit makes. The
 //! default in a scene with a hole.
 //! Source: Aikawa, Zhou and Wang 2019, "Diffuse Relativistic Black Hole in the Cornell Box", sections 2 and 3.
 //!
@@ -65,6 +65,13 @@ impl Rk4 {
         Self { step, max_steps, hits: Hits::Orbit, joined: Joined { turns: 1, chord: Chord::Angle(step) } }
     }
 
+    /// With the parameters `step` and `maxsteps`.
+    fn read(p: &Params) -> Self {
+        let step = p.get_in("step", 0.1, 1e-6..=0.5, "rad", "angle swept by one step");
+        let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
+        Self::new(step, max_steps as u64)
+    }
+
     /// The same, but hits are where a chord meets a surface: the method of Aikawa, Zhou and Wang 2019.
     pub fn micro_steps(step: f64, max_steps: u64) -> Self {
         Self { hits: Hits::Chord, ..Self::new(step, max_steps) }
@@ -72,8 +79,7 @@ impl Rk4 {
 }
 
 fn build(p: &Params) -> Option<Box<dyn Integrator>> {
-    let step = p.get_in("step", 0.1, 1e-6..=0.5, "rad", "angle swept by one step");
-    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
+    let made = Rk4::read(p);
     let hits =
         match p.get("hits", "orbit".to_owned(), "", "where a ray meets a surface: its `orbit`, or a `chord` of it").as_str() {
             "orbit" => Hits::Orbit,
@@ -83,8 +89,13 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
                 return None;
             }
         };
-    let made = Rk4 { hits, ..Rk4::new(step, max_steps as u64) };
-    Some(Box::new(Rk4 { joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
+    Some(Box::new(Rk4 { hits, joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
+}
+
+/// What `micro-steps` makes.
+pub(crate) fn build_micro_steps(p: &Params) -> Option<Box<dyn Integrator>> {
+    let made = Rk4::read(p);
+    Some(Box::new(Rk4 { hits: Hits::Chord, joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
 }
 
 impl Integrator for Rk4 {
