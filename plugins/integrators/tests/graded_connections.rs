@@ -176,6 +176,9 @@ impl Setting {
                 let astray = |v: DVec3, by: f64| v + random_unit(c.spread) * (by * v.length());
                 let spread = self.connections.spread(&self.world, x, astray(c.launch, 1e-9).normalize(), y, c.phi * (1.0 + 1e-6));
                 assert_eq!(spread, Some(c.spread), "{name} {image}: {x:?} {y:?}");
+                // Even where they have strayed further.
+                let spread = self.connections.spread(&self.world, x, c.launch, y, c.phi + 0.05 * distance / self.n(y));
+                assert_eq!(spread, Some(c.spread), "{name} {image}: {x:?} {y:?}");
                 let other = (c.launch + c.launch.any_orthonormal_vector() * 0.4).normalize();
                 let none = self.connections.spread(&self.world, x, other, y, c.phi);
                 let is_one = images.iter().flatten().any(|c| c.launch.dot(other) > 0.94);

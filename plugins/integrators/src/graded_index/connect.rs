@@ -108,7 +108,7 @@ impl Connections for GradedConnections {
             // What a search may end with says which rays it does not find.
             let may_be = way.guesses.iter().any(|guess| is_near(guess, &traced));
             let found = if may_be { way.search() } else { None };
-            found.filter(|found| found.is_same(&traced, way.distance())).map(|found| found.spread)
+            found.filter(|found| way.leads_along(found, traced)).map(|found| found.spread)
         })
     }
 
@@ -133,7 +133,7 @@ impl Connections for GradedConnections {
             let may_be = way.guesses.iter().any(|guess| is_near(guess, &Guess { launch, ..*guess }));
             let found = if may_be { way.search() } else { None };
             // The parameter at the end says nothing.
-            let found = found.filter(|found| found.is_same(&Guess { launch, ..found.guess }, way.distance()))?;
+            let found = found.filter(|found| way.leads_along(found, Guess { launch, ..found.guess }))?;
             Some(connection_to_sky(&found, sky.0, way.distance()).spread)
         })
     }

@@ -137,7 +137,7 @@ impl<'a> Setting<'a> {
             let way = way(self, x, y, image);
             let new = way.and_then(|way| {
                 let distance = way.distance();
-                way.search().filter(|new| !found.iter().flatten().any(|old| old.is_same(&new.guess, distance)))
+                way.search().filter(|new| !found.iter().flatten().any(|old| old.is_same(&new.guess, ONCE * distance)))
             });
             found.push(new);
         }
@@ -147,6 +147,13 @@ impl<'a> Setting<'a> {
 
 /// Distance of a point of the sky over that of the ray's start and over the extent of what bends it.
 const SKY: f64 = 1e9;
+
+/// How far from its end a ray that was traced may be, over the distance between the ends, and surely, or maybe, be the ray that was found.
+const SURELY: f64 = 1e-3;
+const MAYBE: f64 = 0.3;
+
+/// How far apart two rays that were found may be at the end, over the distance between the ends, and be one.
+const ONCE: f64 = 0.01;
 
 /// Error of a guess, over the distance, from which on nothing is looked for.
 const HOPELESS: f64 = 2.0;
@@ -185,6 +192,13 @@ impl Way<'_> {
             .find(Option::is_some)
             .flatten()
             .or_else(|| self.continued())
+    }
+
+    /// Whether `found` is the ray `traced`, which strays a little: those from rough surfaces by some 1e-4 of the size of a scene.
+    pub fn leads_along(&self, found: &Reached, traced: Guess) -> bool {
+        let distance = self.distance();
+        let exact = || self.search.run(traced, ROUGH).is_some_and(|exact| found.is_same(&exact.guess, ONCE * distance));
+        found.is_same(&traced, SURELY * distance) || (found.is_same(&traced, MAYBE * distance) && exact())
     }
 
     fn continued(&self) -> Option<Reached> {

@@ -255,20 +255,17 @@ impl Reached {
         Guess { launch: launch.normalize(), sigma: at.sigma + change.z }
     }
 
-    /// Whether the ray `other` is this one: if it has about the same launch, and its end would be about as far off if it were.
-    /// `distance` is that between the ends.
-    pub fn is_same(&self, other: &Guess, distance: f64) -> bool {
+    /// Whether the ray `other` is this one: if it has about the same launch, and as a neighbour would end no further off than `within` (scene
+    /// units).
+    pub fn is_same(&self, other: &Guess, within: f64) -> bool {
         let [a, b] = self.axes.map(|axis| axis.dot(other.launch));
         let off = self.aside[0] * a + self.aside[1] * b + self.tangent * (other.sigma - self.guess.sigma);
-        self.guess.launch.dot(other.launch) > SAME_LAUNCH && off.length() <= SAME * distance
+        self.guess.launch.dot(other.launch) > SAME_LAUNCH && off.length() <= within
     }
 }
 
 /// Cosine of the largest angle between the launch of a ray that is found and that of its guess.
 pub const LEASH: f64 = 0.75;
-
-/// How far from its end a ray that was traced may be, over the distance between the ends, and be the ray that was found.
-const SAME: f64 = 0.01;
 
 /// Cosine of the largest angle between launches of one and the same image.
 const SAME_LAUNCH: f64 = 0.95;
