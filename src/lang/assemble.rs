@@ -128,7 +128,8 @@ pub(super) fn assemble(
             );
         }
     }
-    check_points(&parts.lights, parts.aims_at_lights, in_world.as_ref(), found);
+    let aims = parts.aims_at_lights && integrator.as_ref().is_none_or(|i| i.connections().is_some());
+    check_points(&parts.lights, aims, in_world.as_ref(), found);
     warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
     if has_errors(found) {
         return None;
@@ -330,11 +331,10 @@ fn check_points(lights: &[PartLight], aims: bool, gravity: Option<&Gravity>, fou
 }
 
 fn not_found(span: Span, why: &str, found: &mut Vec<Diagnostic>) {
-    found.push(
-        Diagnostic::warning("light-not-found", "the light transport does not find this light")
-            .at(span, why)
-            .help("use LightTransport \"path\" with light sampling, or a lamp that has a size"),
-    );
+    found.push(Diagnostic::warning("light-not-found", "the light transport does not find this light").at(span, why).help(
+        "use LightTransport \"path\" with light sampling, and an integrator that can join points \
+                 (in a wormhole: Integrator \"adaptive\" \"bool connections\" true); or a lamp that has a size",
+    ));
 }
 
 fn warn_dark(lights: &[PartLight], area_lights: &[Option<Box<dyn AreaLight>>], shapes: &[Part], found: &mut Vec<Diagnostic>) {

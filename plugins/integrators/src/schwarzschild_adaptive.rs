@@ -12,6 +12,7 @@
 //! |---|---|---|---|---|
 //! | `tolerance` | float | a tenth of the ray's footprint | scene | largest distance between the true ray and what is traced |
 //! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
+//! | `connections` | bool | false | | whether lights are sampled in wormholes and among several holes, where the rays to them take long to find |
 //! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
 //!
 //! ```bhs
@@ -21,7 +22,8 @@
 //! ```
 
 use crate::flight::{Flight, Tolerance};
-use crate::in_spacetime::{InSpacetime, Method};
+use crate::graded_index::connect::GradedConnections;
+use crate::in_spacetime::{InSpacetime, Joining, Method};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::packet::{Course, End, follow};
 use crate::taylor::TaylorOrbit;
@@ -46,13 +48,15 @@ pub struct Adaptive {
     pub tolerance: Tolerance,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
+    /// Whether rays between two points are searched in spacetimes where that takes long.
+    pub connections: bool,
     joined: Joined,
 }
 
 impl Adaptive {
     /// To that tolerance; gives up after so many steps.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        Self { tolerance, max_steps, joined: Joined { turns: 1, chord: Chord::Tolerance(tolerance) } }
+        Self { tolerance, max_steps, connections: false, joined: Joined { turns: 1, chord: Chord::Tolerance(tolerance) } }
     }
 }
 
@@ -63,12 +67,20 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     let tolerance = Tolerance::read(p);
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
     let made = Adaptive::new(tolerance, max_steps as u64);
-    Some(Box::new(Adaptive { joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
+    let joined = Joined { turns: read_turns(p), ..made.joined };
+    let about = "whether lights are sampled in wormholes and among several holes, where the rays to them take long to find";
+    let connections = p.get("connections", false, "", about);
+    Some(Box::new(Adaptive { connections, joined, ..made }))
 }
 
 impl Integrator for Adaptive {
-    fn for_spacetime(&self, _: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
-        Ok(Box::new(InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps }))
+    fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+        let follows = InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps };
+        let connections = if self.connections { GradedConnections::new(&**spacetime, self.tolerance) } else { None };
+        Ok(match connections {
+            Some(connections) => Box::new(Joining { follows, connections }),
+            None => Box::new(follows),
+        })
     }
 
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {

@@ -1,6 +1,9 @@
 //! Integrators in spacetimes other than flat space and the plain hole: which way of following rays belongs to which class.
 
+mod joining;
 mod plain;
+
+pub use joining::Joining;
 
 use crate::flight::Tolerance;
 use crate::general::course::{Depths, Ray as GeneralRay};
