@@ -257,6 +257,7 @@ fn make<T: Kind + ?Sized>(registry: &Registry, file: &OneFile, plugin: &str, ty:
         keyword: span,
         faulty: false,
         world_from_object: Default::default(),
+        side: Default::default(),
     };
     registry.create::<T>(&entity, bare_context(file, registry.spectra()), &mut found).is_some() && found.is_empty()
 }

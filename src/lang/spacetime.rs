@@ -38,6 +38,17 @@ pub(super) fn build_spacetime(
     bends.then_some(Gravity { span: entity.name.span, spacetime, conventions: conventions? })
 }
 
+/// What is said of something that cannot stand where it stands.
+struct Refusal {
+    found: Diagnostic,
+    /// What is in its way.
+    label: String,
+    /// Where it is then.
+    within: &'static str,
+    /// What could be made smaller.
+    smaller: &'static str,
+}
+
 impl Gravity {
     /// The same in coordinates with the origin `origin`.
     pub fn moved(&self, origin: DVec3) -> Self {
@@ -52,8 +63,8 @@ impl Gravity {
         (hole.charge_squared == 0.0).then_some(plain)
     }
 
-    /// What is wrong with something that stands on `side` at all of `points`, if nothing can stand at any of them.
-    fn refusal(&self, what: &str, side: Side, points: impl IntoIterator<Item = DVec3>) -> Option<Diagnostic> {
+    /// What is wrong with something that stands on `side` at all of `points`, if nothing can stand at any of them; and what that is.
+    fn refusal(&self, what: &str, side: Side, points: impl IntoIterator<Item = DVec3>) -> Option<Refusal> {
         let mut any = false;
         for x in points {
             any = true;
@@ -64,17 +75,20 @@ impl Gravity {
         if !any {
             return None;
         }
-        let (code, message, label) = match self.spacetime.class() {
-            Class::Spherical(hole) => ("inside-horizon", "inside the black hole", format!("radius {}", hole.horizon())),
+        let radius = |radius: f64| format!("radius {radius}");
+        let (code, message, label, within, smaller) = match self.spacetime.class() {
+            Class::Spherical(hole) => {
+                ("inside-horizon", "inside the black hole", radius(hole.horizon()), "within the horizon", "`rs`")
+            }
             Class::Index(index) => match index.throat() {
                 Some(throat) => {
-                    ("inside-throat", "inside the throat of the wormhole", format!("drawn with radius {}", throat.radius))
+                    ("inside-throat", "inside the throat of the wormhole", radius(throat.radius), "within the throat", "`throat`")
                 }
-                None => ("inside-horizon", "on a black hole", "its centre is its horizon".to_owned()),
+                None => ("inside-horizon", "on a black hole", "its centre is its horizon".to_owned(), "there", "its mass"),
             },
-            _ => ("inside-horizon", "where nothing can stand still", String::new()),
+            _ => ("inside-horizon", "where nothing can stand still", String::new(), "there", "`rs`"),
         };
-        Some(Diagnostic::error(code, format!("{what} {message}")).and(self.span, label))
+        Some(Refusal { found: Diagnostic::error(code, format!("{what} {message}")), label, within, smaller })
     }
 
     /// Nothing is seen from where nothing can stand.
@@ -84,27 +98,32 @@ impl Gravity {
             (Some(hole), None) => camera.nearest_origin(hole.center),
             (None, None) => camera.position(),
         };
-        let Some(d) = self.refusal("the camera stands", side, [nearest, camera.position()]) else { return };
+        let refusal = self.refusal("the camera stands", side, [nearest, camera.position()]);
+        let Some(Refusal { found: d, label, smaller, .. }) = refusal else { return };
         found.push(match span {
-            Some(span) => d.at(span, self.distance(nearest)).help("move the camera out, or make what is in its way smaller"),
-            None => d
-                .at(self.span, "it stands there")
-                .help("the scene has no `Camera`; the default one stands at the origin of the world"),
+            Some(span) => d
+                .at(span, self.distance(nearest))
+                .and(self.span, label)
+                .help(format!("move the camera out, or make {smaller} smaller")),
+            None => d.at(self.span, label).help("the scene has no `Camera`; the default one stands at the origin of the world"),
         });
     }
 
     /// A light behind the horizon lights nothing.
     pub fn check_light(&self, geometry: &Geometry, side: Side, span: Span, found: &mut Vec<Diagnostic>) {
         let points = points_of(geometry);
-        if let Some(d) = self.refusal("this light lies", side, points) {
-            found.push(d.at(span, "all of it is there").help("move it out, or make the hole smaller"));
+        if let Some(Refusal { found: d, label, within, smaller }) = self.refusal("this light lies", side, points) {
+            let help = format!("move it out, or make {smaller} smaller");
+            found.push(d.at(span, format!("all of it is {within}")).and(self.span, label).help(help));
         }
     }
 
     /// As [`Gravity::check_light`], of a light that shines from a point.
     pub fn check_point(&self, position: DVec3, side: Side, span: Span, found: &mut Vec<Diagnostic>) -> bool {
-        let Some(d) = self.refusal("this light lies", side, [position]) else { return true };
-        found.push(d.at(span, self.distance(position)).help("move it out, or make the hole smaller"));
+        let refusal = self.refusal("this light lies", side, [position]);
+        let Some(Refusal { found: d, label, smaller, .. }) = refusal else { return true };
+        let help = format!("move it out, or make {smaller} smaller");
+        found.push(d.at(span, self.distance(position)).and(self.span, label).help(help));
         false
     }
 
@@ -123,7 +142,7 @@ impl Gravity {
             found.push(
                 Diagnostic::error("inside-throat", "this shape reaches into the throat of the wormhole")
                     .at(span, "the ball within the throat is no place")
-                    .and(self.span, format!("drawn with radius {}", throat.radius))
+                    .and(self.span, format!("radius {}", throat.radius))
                     .help("move the shape out of the throat, or make the throat smaller"),
             );
         }
@@ -154,8 +173,9 @@ pub(super) fn choose_integrator(
     // A wormhole whose throat has closed is flat.
     match gravity.filter(|g| !matches!(g.spacetime.class(), Class::Flat)) {
         Some(Gravity { span, .. }) if !integrator.is_curved() => {
+            let what = if gravity.is_some_and(|g| g.hole().is_some()) { "black hole" } else { "spacetime" };
             found.push(
-                Diagnostic::warning("hole-ignored", format!("the integrator `{name}` ignores the spacetime"))
+                Diagnostic::warning("hole-ignored", format!("the integrator `{name}` ignores the {what}"))
                     .at(*span, "light passes it straight")
                     .help("choose another `Integrator` to see what bends it; without one, the scene gets one that bends light"),
             );
