@@ -11,14 +11,14 @@
 
 use crate::arithmetic::polynomial::small_angle;
 use crate::orbit::{Dense, OrbitPlane, State};
-use crate::refine::{Facet, Meeting, on_facet, on_surface};
+use crate::refine::Meeting;
 use bhs_core::blackhole::BlackHole;
-use bhs_core::geometry::{Aabb, Geometry, Segment};
+use bhs_core::geometry::{Aabb, Segment};
 use bhs_core::integrator::SurfaceHit;
-use bhs_core::intersector::{Primitive, PrimitiveHit};
+use bhs_core::intersector::Primitive;
 use bhs_core::stats::TraceLog;
-use bhs_core::world::{Located, World};
-use glam::{DVec2, DVec3};
+use bhs_core::world::World;
+use glam::DVec3;
 
 /// How far a chord reaches beyond its ends, relative to the coordinates there: neighbouring chords overlap by more than
 /// single precision can tear them apart. Also how far beside its facet a hit may lie, for the same reason.
@@ -28,7 +28,7 @@ pub(crate) const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
 pub(crate) const SPLITS: u32 = 6;
 
 /// How far behind a surface a chord is split, relative to its angle.
-const JOINT: f64 = 1e-3;
+pub(crate) const JOINT: f64 = 1e-3;
 
 /// Free space is passed over if that gets on by as much as this share of a chord.
 pub(crate) const WORTHWHILE: f64 = 0.5;
@@ -85,30 +85,34 @@ pub(crate) fn surroundings(world: &World) -> (Aabb, f64) {
 
 /// The chords of one orbit through one world.
 pub struct Chords<'w> {
-    world: &'w World,
-    plane: OrbitPlane,
-    rs: f64,
+    pub(crate) world: &'w World,
+    pub(crate) plane: OrbitPlane,
+    pub(crate) rs: f64,
     /// Largest angle of a chord, in radians.
     angle: f64,
     bounds: Aabb,
     /// 1/r of the sphere around the hole that holds all geometry; infinite where there is none.
     u_bound: f64,
     /// Angle at which the ray begins, in radians.
-    begin: f64,
+    pub(crate) begin: f64,
+    /// The place where it begins.
+    pub(crate) origin: DVec3,
     /// Where the next chord begins.
     last: Place,
     /// The last chord; `None` where the ray begins.
     before: Option<DVec3>,
     /// What the ray leaves, if it begins exactly on a surface.
-    leaving: Option<Departure>,
+    pub(crate) leaving: Option<Departure>,
+    /// The geometry on which it ends, if it does.
+    pub(crate) target: Option<u32>,
     /// Where the first chord was cut, if it was (rad): see [`Chords::off_surface`].
     cut: f64,
 }
 
 /// How a ray leaves the surface on which it begins.
 #[derive(Clone, Copy)]
-struct Departure {
-    primitive: Primitive,
+pub(crate) struct Departure {
+    pub primitive: Primitive,
     /// A normal of the surface, on the side to which the ray goes.
     side: DVec3,
 }
@@ -124,7 +128,21 @@ impl<'w> Chords<'w> {
     /// the ray begins there.
     pub(crate) fn on(world: &'w World, rs: f64, plane: OrbitPlane, angle: f64, last: Place, before: Option<DVec3>) -> Self {
         let (bounds, u_bound) = surroundings(world);
-        Self { world, plane, rs, angle, bounds, u_bound, begin: 0.0, last, before, leaving: None, cut: f64::NAN }
+        Self {
+            world,
+            plane,
+            rs,
+            angle,
+            bounds,
+            u_bound,
+            begin: 0.0,
+            origin: last.point,
+            last,
+            before,
+            leaving: None,
+            target: None,
+            cut: f64::NAN,
+        }
     }
 
     /// The same, if the ray begins exactly on the surface of `leaving` and goes in the direction `launch`.
@@ -134,6 +152,11 @@ impl<'w> Chords<'w> {
             Departure { primitive, side: normal * launch.dot(normal).signum() }
         };
         Self { leaving: leaving.map(departure), ..self }
+    }
+
+    /// The same, of a ray that begins at `origin` and ends on the geometry `target`, if on any.
+    pub(crate) fn between(self, origin: DVec3, target: Option<u32>) -> Self {
+        Self { origin, target, ..self }
     }
 
     /// Where the last chord ended.
@@ -291,7 +314,7 @@ impl<'w> Chords<'w> {
     }
 
     /// The first surface that the orbit meets within `span`, splitting its chord as often as needed but at most `splits` times.
-    fn search<D: Dense>(&self, step: &D, span: &Span, splits: u32, log: &mut TraceLog) -> Option<SurfaceHit> {
+    pub(crate) fn search<D: Dense>(&self, step: &D, span: &Span, splits: u32, log: &mut TraceLog) -> Option<SurfaceHit> {
         let (from, to) = (span.from.point, span.to.point);
         let way = to - from;
         let length = way.length();
@@ -330,155 +353,9 @@ impl<'w> Chords<'w> {
             .or_else(|| self.settle(step, span, (&segment, enter, &hit), splits, log))
     }
 
-    /// The same when it is known already that the chord of `span` meets something, which is not as most hits are: `hit`, on its part `segment`,
-    /// which begins at its parameter `enter`.
-    pub(crate) fn settle<D: Dense>(
-        &self,
-        step: &D,
-        span: &Span,
-        (segment, enter, hit): (&Segment, f64, &PrimitiveHit),
-        splits: u32,
-        log: &mut TraceLog,
-    ) -> Option<SurfaceHit> {
-        let from = span.from.point;
-        let way = segment.direction;
-        let length = way.length();
-        let located = self.world.locate(segment, hit);
-        if enter + located.t < 0.0 && self.turns_away(span, way, hit, &located) {
-            return self.search(step, &Span { before: None, ..*span }, splits, log);
-        }
-        let guess = self.angle_of(span, located.point);
-        let middle = 0.5 * (span.from.phi + span.to.phi);
-        let swept = span.to.phi - span.from.phi;
-        let rounding = OVERLAP * located.point.abs().max_element();
-        let near = self.near(swept, rounding);
-        let hit_geometry = &self.world.geometries[hit.geometry as usize];
-        let facet = |corners| on_facet(&self.plane, step, self.rs, [&span.from, &span.to], guess, &Facet::new(corners));
-        let meeting = match hit_geometry {
-            Geometry::Analytic(surface) => on_surface(&self.plane, step, guess, &**surface, near, length),
-            mesh => mesh.corners(hit.primitive).map(facet),
-        };
-        // Of a ray that leaves a curved surface, the tangent's way back leads to where it left: no place of the ray.
-        let meeting = meeting.filter(|m| m.orbit.state.phi > self.begin || !matches!(hit_geometry, Geometry::Analytic(_)));
-        // Where to split the chord if the orbit meets the surface beside the facet or far from the chord. Where it crosses the
-        // surface is best, for there the new chords have no gap; but every other time in the middle, lest it creep. A joint
-        // must not lie on a surface that it may graze, or rounding lets the ray slip through there: hence just behind it.
-        let behind_it =
-            meeting.map(|m| m.orbit.state.phi + JOINT * swept).filter(|phi| *phi > span.from.phi && *phi < span.to.phi);
-        let split = behind_it.filter(|_| splits.is_multiple_of(2)).unwrap_or(middle);
-        let met = meeting.filter(|m| m.beside <= rounding && (m.point - located.point).length() <= near);
-        if met.is_none() && splits > 0 {
-            let s = step.at(split);
-            let at = Place { phi: split, u: s.u, point: self.plane.point(&s) };
-            let first = Span { to: at, ..*span };
-            let second = Span { from: at, before: Some(at.point - from), ..*span };
-            return self.search(step, &first, splits - 1, log).or_else(|| self.search(step, &second, splits - 1, log));
-        }
-        if met.is_none()
-            && span.before.is_none()
-            && let Some(after) = self.rises_again(step, span, hit, segment, &located)
-        {
-            return self.search(step, &Span { from: after, before: None, ..*span }, 0, log);
-        }
-        let on_chord =
-            || Meeting { orbit: step.polar(guess), point: located.point, barycentric: located.barycentric, beside: 0.0 };
-        Some(self.arrive(&met.unwrap_or_else(on_chord), hit, &located, way / length, log))
-    }
-
-    /// The hit of a chord on a facet, if it is as most are: ahead of where the chord begins, near to where the orbit meets the facet itself.
-    #[inline]
-    fn plain_hit<D: Dense>(
-        &self,
-        step: &D,
-        span: &Span,
-        segment: &Segment,
-        enter: f64,
-        hit: &PrimitiveHit,
-        log: &mut TraceLog,
-    ) -> Option<SurfaceHit> {
-        let corners = self.world.geometries[hit.geometry as usize].corners(hit.primitive)?;
-        let touched = segment.at(hit.t);
-        let rounding = OVERLAP * touched.abs().max_element();
-        let swept = span.to.phi - span.from.phi;
-        let chord = segment.direction;
-        let ahead = enter + hit.t;
-        if ahead * ahead * chord.length_squared() <= rounding * rounding || ahead < 0.0 {
-            return None;
-        }
-        let facet = Facet::new(corners);
-        let met = on_facet(&self.plane, step, self.rs, [&span.from, &span.to], self.angle_of(span, touched), &facet);
-        let near = self.near(swept, rounding);
-        if met.beside > rounding || (met.point - touched).length_squared() > near * near {
-            return None;
-        }
-        log.phi = met.orbit.state.phi;
-        let tangent = self.plane.direction_of(&met.orbit);
-        // On the side that the chord came from: see `arrive`.
-        let along = tangent.dot(facet.normal);
-        let on_side = along * chord.dot(facet.normal) > 0.0;
-        let direction = if on_side { tangent } else { tangent - facet.normal * (2.0 * along / facet.normal.length_squared()) };
-        let &PrimitiveHit { geometry, primitive, .. } = hit;
-        let is_crowded = self.world.intersector.is_crowded(met.point);
-        Some(SurfaceHit { point: met.point, direction, geometry, primitive, barycentric: met.barycentric, is_crowded })
-    }
-
-    /// How far from where its chord, which sweeps `swept`, meets a surface an orbit may meet it.
-    #[inline]
-    fn near(&self, swept: f64, rounding: f64) -> f64 {
-        4.0 * (3.0 / 16.0 * self.rs * swept * swept) + rounding
-    }
-
-    /// Where the ray is when its chord, which dipped below the curved surface that the ray leaves, has come out of it again.
-    fn rises_again<D: Dense>(
-        &self,
-        step: &D,
-        span: &Span,
-        hit: &PrimitiveHit,
-        segment: &Segment,
-        located: &Located,
-    ) -> Option<Place> {
-        let Geometry::Analytic(surface) = &self.world.geometries[hit.geometry as usize] else { return None };
-        let rounding = OVERLAP * located.point.abs().max_element() / segment.direction.length();
-        let out = surface.intersect(&Segment { t_min: located.t + rounding, ..*segment })?;
-        let phi = self.angle_of(span, segment.at(out));
-        let s = step.at(phi.max(span.from.phi));
-        (phi < span.to.phi).then(|| Place { phi: s.phi, u: s.u, point: self.plane.point(&s) })
-    }
-
-    /// Whether a surface that the chord `way` meets before its own beginning is one that the chord before approached without
-    /// reaching it, and that this one leaves: the ray has not been on its other side.
-    fn turns_away(&self, span: &Span, way: DVec3, hit: &PrimitiveHit, located: &Located) -> bool {
-        let Some(before) = span.before else { return false };
-        let (geometry, primitive) = (hit.geometry, hit.primitive);
-        let (point, barycentric) = (located.point, located.barycentric);
-        let normal = self.world.geometries[geometry as usize].surface(point, primitive, barycentric).normal;
-        before.dot(normal) * way.dot(normal) <= 0.0
-    }
-
-    /// The arrival at a surface that a chord in the direction `chord` met where it is `located`.
-    fn arrive(&self, met: &Meeting, hit: &PrimitiveHit, located: &Located, chord: DVec3, log: &mut TraceLog) -> SurfaceHit {
-        log.phi = met.orbit.state.phi;
-        let at = |point: DVec3, direction: DVec3, barycentric: DVec2| SurfaceHit {
-            point,
-            direction,
-            geometry: hit.geometry,
-            primitive: hit.primitive,
-            barycentric,
-            is_crowded: self.world.intersector.is_crowded(point),
-        };
-        // The side that the chord came from: where it met the surface, for a curved one may have turned away between there and here.
-        let side = self.world.surface(&at(located.point, chord, located.barycentric)).normal.dot(chord);
-        let tangent = self.plane.direction_of(&met.orbit);
-        let found = at(met.point, tangent, met.barycentric);
-        let normal = self.world.surface(&found).normal;
-        let along = tangent.dot(normal);
-        // A tangent that would arrive from the other side does so at grazing incidence: it is turned to this side.
-        if along * side > 0.0 { found } else { SurfaceHit { direction: tangent - normal * (2.0 * along), ..found } }
-    }
-
     /// The angle swept at a point of the chord of `span`, in radians.
     #[inline]
-    fn angle_of(&self, span: &Span, point: DVec3) -> f64 {
+    pub(crate) fn angle_of(&self, span: &Span, point: DVec3) -> f64 {
         let OrbitPlane { center, e1, e2 } = self.plane;
         let (from, to) = (span.from.point - center, point - center);
         let ([x0, y0], [x, y]) = ([from.dot(e1), from.dot(e2)], [to.dot(e1), to.dot(e2)]);

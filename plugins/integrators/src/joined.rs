@@ -9,7 +9,7 @@ use crate::connect::{MOST_IMAGES, connect_pair, connect_pairs, spread_of};
 use crate::connect_sky::{connect_sky, spread_sky};
 use crate::flight::Tolerance;
 use crate::orbit::{Dense, Fate, OrbitPlane, Stepper};
-use crate::packet::{Course, End, follow};
+use crate::packet::{Course, End, NOWHERE, follow};
 use crate::straight::Straight;
 use crate::taylor::TaylorOrbit;
 use bhs_core::blackhole::BlackHole;
@@ -107,7 +107,8 @@ impl Connections for Joined {
         let course = self.course(world, hole, sight);
         let (plane, state) = OrbitPlane::of_ray(hole.center, x, connection.launch);
         let chords = Chords::new(world, hole, plane, start.origin, &state, course.chord);
-        let mut chords = chords.leaving(start.leaving, connection.launch);
+        let mut chords =
+            chords.leaving(start.leaving, connection.launch).between(start.origin, target.map(|target| target.geometry));
         let target = target.filter(|_| world.intersector.is_crowded(y));
         let mut orbit = TaylorOrbit::new(hole.rs, state, course.error);
         loop {
@@ -180,6 +181,7 @@ impl Joined {
         let sin = connection.arrival.cross(from_center).length() / r;
         let end = connection.phi - close(from, to) * sin / r;
         let is_exact = start.leaving.is_some() || (target.is_some() && world.intersector.is_crowded(to));
-        Course { from, direction: connection.launch, origin: start.origin, chord, error: ORBIT_ERROR, end, is_exact }
+        let target = target.map_or(NOWHERE, |target| target.geometry);
+        Course { from, direction: connection.launch, origin: start.origin, chord, error: ORBIT_ERROR, end, target, is_exact }
     }
 }

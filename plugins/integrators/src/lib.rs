@@ -1,7 +1,7 @@
 //! How light travels: the integrators of light rays. One file, one plugin.
 //!
-//! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`
-//! and `refine` (from steps to hits), `flight` (one ray from start to end), `packet` with `packet_orbit`,
+//! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`,
+//! `refine` and `resolve` (from steps to hits), `flight` (one ray from start to end), `packet` with `packet_orbit`,
 //! `packet_leaps` and `packet_hits` (several rays side by side), `connect` and `joined`
 //! (rays between two points), `connect_sky` (rays to a direction of the sky), `arithmetic`.
 //!
@@ -25,6 +25,7 @@ mod packet;
 mod packet_hits;
 mod packet_leaps;
 pub mod refine;
+mod resolve;
 mod schwarzschild_adaptive;
 mod schwarzschild_exact;
 mod schwarzschild_rk4;
@@ -59,5 +60,5 @@ pub const SHORT_NAMES: &[(&str, &str)] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "packet", "packet_hits", "packet_leaps",             "refine"]);
+        helpers: ["chords", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "packet", "packet_hits", "packet_leaps",             "refine", "resolve"]);
 }

@@ -31,9 +31,14 @@ pub struct Course {
     pub error: f64,
     /// Angle at which it ends, whatever is there (rad); infinite if nowhere.
     pub end: f64,
+    /// The geometry on which it ends; [`NOWHERE`] if on none. As short as that, for courses are copied a lot.
+    pub target: u32,
     /// Whether it begins or ends exactly on a surface: the code for one ray sees to those.
     pub is_exact: bool,
 }
+
+/// The number of no geometry.
+pub const NOWHERE: u32 = u32::MAX;
 
 /// Where a course ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,6 +97,7 @@ pub(crate) struct Packet<'w> {
     /// The last chords, and of which rays there is one.
     pub before: Vectors,
     pub has_before: Lanes,
+    courses: &'w [Course; LANES],
     ends: [Ended; LANES],
 }
 
@@ -123,6 +129,7 @@ pub fn follow(
         last: Places { phi: c(0.0), u: start.u, points: vectors(|c| c.origin) },
         before: Vectors::all(DVec3::ZERO),
         has_before: none(),
+        courses: course,
         ends: [(End::OutOfSteps, 0.0); LANES],
     };
     let present = first(count);
@@ -135,6 +142,7 @@ pub fn follow(
 
 impl Packet<'_> {
     /// Follows the rays in `underway` to their ends.
+    #[inline(always)]
     fn go(&mut self, start: &Polars, error: Lanes, limit: Lanes, mut underway: Lanes, max_steps: u64, log: &mut TraceLog) {
         let mut start = *start;
         for _ in 0..max_steps {
@@ -275,7 +283,9 @@ impl Packet<'_> {
 
     /// The chords of ray number `i` alone, from `last`.
     pub(crate) fn alone(&self, i: usize, last: Place, before: Option<DVec3>) -> Chords<'_> {
+        let Course { origin, target, .. } = self.courses[i];
         Chords::on(self.world, self.rs, self.planes.lane(i), self.angle.to_array()[i], last, before)
+            .between(origin, Some(target).filter(|geometry| *geometry != NOWHERE))
     }
 
     /// Ray number `i` has arrived at `hit` after sweeping `phi`.

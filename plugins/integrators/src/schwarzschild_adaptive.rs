@@ -25,7 +25,7 @@ use crate::flight::{Flight, Tolerance};
 use crate::graded_index::connect::GradedConnections;
 use crate::in_spacetime::{InSpacetime, Joining, Method};
 use crate::joined::{Chord, Joined, read_turns};
-use crate::packet::{Course, End, follow};
+use crate::packet::{Course, End, NOWHERE, follow};
 use crate::taylor::TaylorOrbit;
 use bhs_core::Plugin;
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
@@ -124,7 +124,7 @@ impl Integrator for Adaptive {
                 let (chord, error) = precision(ray.footprint);
                 let Ray { origin, direction, leaving, .. } = *ray;
                 let is_exact = leaving.is_some();
-                Course { from: origin, direction, origin, chord, error, end: f64::INFINITY, is_exact }
+                Course { from: origin, direction, origin, chord, error, end: f64::INFINITY, target: NOWHERE, is_exact }
             });
             let ends = follow(world, hole, &courses, rays.len(), self.max_steps, log);
             for ((ray, traced), (end, phi)) in rays.iter().zip(traced).zip(ends) {
