@@ -377,8 +377,7 @@ impl Scene {
         // Embree's parameter is that of the nearest analytic surface exactly if no triangle is nearer.
         let t = nearest.filter(|t| scale.tfar(*t) == ray.tfar).unwrap_or_else(|| scale.t(ray.tfar));
         let Primitive { geometry, primitive } = primitive_of(hit);
-        // In an exact query what Embree finds may have neighbours that are in a crowd.
-        Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry, primitive, is_crowded: without.is_some() })
+        Some(PrimitiveHit { t: t.max(segment.t_min).min(segment.t_max), geometry, primitive, is_crowded: false })
     }
 
     /// Whether Embree finds anything, leaving out the primitives of `without`.
@@ -418,7 +417,10 @@ impl Scene {
         let close = crowds.exact.closest(segment, leaving);
         let t_max = close.map_or(segment.t_max, |hit| hit.t);
         let others = Segment { t_max, ..self.off_surface(crowds, segment, leaving) };
-        self.find(&others, Some(&crowds.contacts)).or(close)
+        let hit = self.find(&others, Some(&crowds.contacts)).or(close)?;
+        let primitive = Primitive { geometry: hit.geometry, primitive: hit.primitive };
+        let is_crowded = crowds.contacts.involves(primitive) && crowds.contacts.is_crowded(segment.at(hit.t));
+        Some(PrimitiveHit { is_crowded, ..hit })
     }
 
     /// Whether anything stands in such a segment's way.
