@@ -296,27 +296,27 @@ fn the_look_of_two_places_and_a_flag() {
         "two_holes",
         &overrides,
         &expect![[r#"
-        error: the scene has a black hole already
-         --> tests/diagnostics/two_holes.bhs:7:1
-          |
-        3 | BlackHole "schwarzschild" "point3 center" [0 0 5] "float rs" 0.1
-          | --------- first one
-        ...
-        7 | BlackHole "schwarzschild" "point3 center" [0 0 9] "float rs" 0.1
-          | ^^^^^^^^^ second one
-          |
-          = help: remove one of the two
+            error: the scene has a spacetime already
+             --> tests/diagnostics/two_holes.bhs:7:1
+              |
+            3 | BlackHole "schwarzschild" "point3 center" [0 0 5] "float rs" 0.1
+              | --------- first one
+            ...
+            7 | BlackHole "schwarzschild" "point3 center" [0 0 9] "float rs" 0.1
+              | ^^^^^^^^^ second one
+              |
+              = help: remove one of the two; several holes are one spacetime: `majumdar-papapetrou`
 
-        error: unknown integrator `schwarzschild-rk5`
-         --> <command line>:1:14
-          |
-        1 | --integrator schwarzschild-rk5
-          |              ^^^^^^^^^^^^^^^^^
-          |
-          = help: did you mean `schwarzschild-rk4`?
+            error: unknown integrator `schwarzschild-rk5`
+             --> <command line>:1:14
+              |
+            1 | --integrator schwarzschild-rk5
+              |              ^^^^^^^^^^^^^^^^^
+              |
+              = help: did you mean `schwarzschild-rk4`?
 
-        2 errors
-    "#]],
+            2 errors
+        "#]],
     );
 }
 

@@ -128,7 +128,12 @@ pub(super) fn assemble(
             );
         }
     }
-    let aims = parts.aims_at_lights && integrator.as_ref().is_none_or(|i| i.connections().is_some());
+    let joins = integrator.as_ref().is_none_or(|i| i.connections().is_some());
+    let aims = match (parts.aims_at_lights, joins) {
+        (true, true) => Ok(()),
+        (true, false) => Err("use Integrator \"adaptive\" \"bool connections\" true, or a lamp that has a size"),
+        (false, _) => Err("use LightTransport \"path\" with light sampling, or a lamp that has a size"),
+    };
     check_points(&parts.lights, aims, in_world.as_ref(), found);
     warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
     if has_errors(found) {
@@ -314,27 +319,29 @@ fn check_range(shapes: &[Part], found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Lights that shine from a point: not behind the horizon, and only for who aims at them. In world space.
-fn check_points(lights: &[PartLight], aims: bool, gravity: Option<&Gravity>, found: &mut Vec<Diagnostic>) {
+/// Lights that shine from a point: not behind the horizon, and only for who samples lights (else: what helps). In world space.
+fn check_points(lights: &[PartLight], samples: Result<(), &str>, gravity: Option<&Gravity>, found: &mut Vec<Diagnostic>) {
     for (span, side, light) in lights.iter().filter_map(|l| Some((l.span, l.side, l.light.as_ref()?))) {
         let Some(position) = light.position() else {
-            if !aims && light.sample_sky(Vec2::splat(0.5)).is_some_and(|s| s.is_parallel) {
-                not_found(span, "no path leaves the scene in exactly its direction by chance", found);
+            if let Err(help) = samples
+                && light.sample_sky(Vec2::splat(0.5)).is_some_and(|s| s.is_parallel)
+            {
+                not_found(span, "no path leaves the scene in exactly its direction by chance", help, found);
             }
             continue;
         };
         let stands = gravity.is_none_or(|g| g.check_point(position, side, span, found));
-        if stands && !aims {
-            not_found(span, "no path meets a point by chance", found);
+        if let Err(help) = samples
+            && stands
+        {
+            not_found(span, "no path meets a point by chance", help, found);
         }
     }
 }
 
-fn not_found(span: Span, why: &str, found: &mut Vec<Diagnostic>) {
-    found.push(Diagnostic::warning("light-not-found", "the light transport does not find this light").at(span, why).help(
-        "use LightTransport \"path\" with light sampling, and an integrator that can join points \
-                 (in a wormhole: Integrator \"adaptive\" \"bool connections\" true); or a lamp that has a size",
-    ));
+fn not_found(span: Span, why: &str, help: &str, found: &mut Vec<Diagnostic>) {
+    let message = "the light transport does not find this light";
+    found.push(Diagnostic::warning("light-not-found", message).at(span, why).help(help));
 }
 
 fn warn_dark(lights: &[PartLight], area_lights: &[Option<Box<dyn AreaLight>>], shapes: &[Part], found: &mut Vec<Diagnostic>) {

@@ -98,7 +98,7 @@ impl Gravity {
             (Some(hole), None) => camera.nearest_origin(hole.center),
             (None, None) => camera.position(),
         };
-        let refusal = self.refusal("the camera stands", side, [nearest, camera.position()]);
+        let refusal = self.refusal("the camera stands", side, [nearest]);
         let Some(Refusal { found: d, label, smaller, .. }) = refusal else { return };
         found.push(match span {
             Some(span) => d
