@@ -442,6 +442,9 @@ fn every_scene_that_readme_shows_has_no_errors() {
         "frames_static",
         "frames_chart",
         "prism",
+        "wormhole",
+        "two_holes",
+        "moving_camera",
     ];
     for name in names {
         assert!(readme.contains(name) && common::root().join(format!("docs/{name}.png")).exists(), "{name}");
