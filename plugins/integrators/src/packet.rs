@@ -142,7 +142,7 @@ pub fn follow(
 
 impl Packet<'_> {
     /// Follows the rays in `underway` to their ends.
-        fn go(&mut self, start: &Polars, error: Lanes, limit: Lanes, mut underway: Lanes, max_steps: u64, log: &mut TraceLog) {
+    fn go(&mut self, start: &Polars, error: Lanes, limit: Lanes, mut underway: Lanes, max_steps: u64, log: &mut TraceLog) {
         let mut start = *start;
         for _ in 0..max_steps {
             let count = u64::from(underway.to_bitmask().count_ones());
