@@ -73,7 +73,11 @@ impl Seen<'_> {
             Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v, v.ratio / self.camera_ratio)),
             Layer::Position => self.hit().map(|h| (h.point + self.scene.world.origin).to_array()),
             Layer::Normal => self.hit().map(|h| self.scene.world.surface(h).normal.to_array()),
-            Layer::Depth => self.hit().map(|h| scalar((h.point - self.ray.origin).length())),
+            // No straight line of a chart leads to the other side.
+            Layer::Depth => self
+                .hit()
+                .filter(|h| self.scene.world.side_of(h.geometry) == self.ray.side)
+                .map(|h| scalar((h.point - self.ray.origin).length())),
             Layer::Side => match self.arrival {
                 Arrival::Surface(hit) => Some(scalar(f64::from(self.scene.world.side_of(hit.geometry) as u8))),
                 Arrival::Sky(_, side) => Some(scalar(f64::from(side as u8))),

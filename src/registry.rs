@@ -229,14 +229,14 @@ pub fn bare_context<'a>(files: &'a dyn Files, spectra: &'a dyn SpectrumSource) -
         named: &Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
-        hole: None,
         resolution: [0, 0],
         lambda_range: [360.0, 830.0],
         seed: 0,
     }
 }
 
-struct NoFiles;
+/// Files of a constructor that may read none.
+pub(crate) struct NoFiles;
 
 impl Files for NoFiles {
     fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {

@@ -195,3 +195,25 @@ fn trace_says_on_which_side_rays_begin_and_end() {
     let z = lines[0]["point"][2].as_f64().unwrap();
     assert!((z + 2.5).abs() < 1e-6, "{z}");
 }
+
+#[test]
+fn what_is_on_the_other_side_counts_for_footprints_and_has_no_depth() {
+    let scene = |near: &str, far: &str| {
+        common::build(&format!(
+            "Film \"rgb\" \"integer xresolution\" 12 \"integer yresolution\" 9 \"string layers\" [\"depth\" \"side\"]
+             LookAt 0 0 -6  0 0 0  0 1 0  Camera \"perspective\" \"float fov\" 60
+             WorldBegin Wormhole \"ellis\" \"float throat\" 4 LightSource \"infinite\" {near} Side \"far\" {far}"
+        ))
+    };
+    let room = "Shape \"sphere\" \"float radius\" 20";
+    let (near, far) = (scene(room, ""), scene("", room));
+    assert!(near.scene.footprints.camera > 0.0);
+    assert_eq!(near.scene.footprints, far.scene.footprints);
+
+    let rendered = common::render(&far);
+    let layers = rendered.frame.layers();
+    let [depth, side] = &layers[..] else { panic!("{} layers", layers.len()) };
+    let through = side.values.iter().filter(|v| v.is_some_and(|v| v[0] > 0.0)).count();
+    assert!(through > 10, "{through} pixels");
+    assert!(depth.values.iter().all(Option::is_none), "{:?}", depth.values);
+}

@@ -237,7 +237,7 @@ pub(super) fn assemble(
     let mut further_views = VecDeque::new();
     for PartCamera { name, camera, viewpoint, .. } in cameras {
         let camera = camera?;
-        let footprints = footprints(&world.bounds, camera.as_ref());
+        let footprints = footprints(&world.bounds_of_both_sides(), camera.as_ref());
         let viewpoint = Viewpoint { side: viewpoint.side, velocity: in_render_space(viewpoint.velocity, camera.as_ref()) };
         further_views.push_back(View { name, camera, viewpoint, footprints });
     }

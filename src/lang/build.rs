@@ -120,7 +120,7 @@ pub fn build(
     let camera_given = !description.cameras.is_empty();
     let mut settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
 
-    // What the other plugins may ask for comes first: seed, film, hole.
+    // What the other plugins may ask for comes first: seed, film, spacetime.
     let context = bare_context(sources, registry.spectra());
     let (seed, intersector) = build_options(&settings.options, registry, context, sources, &mut found);
     let seed = overrides.seed.unwrap_or(seed);
@@ -141,9 +141,7 @@ pub fn build(
         }
     }
     let gravity = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));
-    let hole = gravity.as_ref().and_then(|g| g.hole());
     let context = Context {
-        hole: hole.as_ref(),
         resolution: film.as_ref().map_or([640, 480], |f| f.resolution()),
         lambda_range: film.as_ref().map_or([360.0, 830.0], |f| f.lambda_range()),
         ..context

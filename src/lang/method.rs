@@ -41,10 +41,9 @@ pub fn load_method(
     let (seed, _) = build::build_options(&settings.options, registry, context, sources, &mut found);
     let context = Context { seed: overrides.seed.unwrap_or(seed), ..context };
     let film = registry.create::<dyn Film>(&settings.film, context, &mut found);
-    let gravity = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));
-    let hole = gravity.and_then(|g| g.hole());
+    // Only what is wrong with it matters here.
+    let _ = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));
     let context = Context {
-        hole: hole.as_ref(),
         resolution: film.as_ref().map_or(context.resolution, |f| f.resolution()),
         lambda_range: film.as_ref().map_or(context.lambda_range, |f| f.lambda_range()),
         ..context

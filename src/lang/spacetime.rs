@@ -2,14 +2,14 @@
 
 use crate::lang::build::create_with;
 use crate::lang::description::Entity;
-use crate::registry::{Registry, bare_context};
+use crate::registry::{NoFiles, Registry, bare_context};
 use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Camera;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::Integrator;
 use bhs_core::observer::Conventions;
-use bhs_core::params::{Context, Files, Params};
+use bhs_core::params::{Context, Params};
 use bhs_core::sampling::ONE_MINUS_EPSILON;
 use bhs_core::spacetime::{Class, Place, Side, Spacetime};
 use glam::{DVec3, Vec2};
@@ -93,11 +93,7 @@ impl Gravity {
 
     /// Nothing is seen from where nothing can stand.
     pub fn check_camera(&self, camera: &dyn Camera, side: Side, span: Option<Span>, found: &mut Vec<Diagnostic>) {
-        let nearest = match (self.spacetime.captures().first(), self.throat_center()) {
-            (_, Some(center)) => camera.nearest_origin(center),
-            (Some(hole), None) => camera.nearest_origin(hole.center),
-            (None, None) => camera.position(),
-        };
+        let nearest = self.center().map_or_else(|| camera.position(), |center| camera.nearest_origin(center));
         let refusal = self.refusal("the camera stands", side, [nearest]);
         let Some(Refusal { found: d, label, smaller, .. }) = refusal else { return };
         found.push(match span {
@@ -133,7 +129,7 @@ impl Gravity {
         let Some(throat) = index.throat() else { return };
         let within = |p: DVec3| (p - throat.center).length() < throat.radius;
         let reaches_in = match geometry {
-            Geometry::Analytic(_) => points_of(geometry).into_iter().any(within),
+            Geometry::Analytic(_) => points_of(geometry).any(within),
             mesh => (0..mesh.triangle_count() as u32)
                 .filter_map(|t| mesh.corners(t))
                 .any(|corners| within(nearest_on_triangle(throat.center, corners))),
@@ -148,17 +144,18 @@ impl Gravity {
         }
     }
 
-    fn throat_center(&self) -> Option<DVec3> {
-        match self.spacetime.class() {
-            Class::Index(index) => index.throat().map(|throat| throat.center),
+    /// The middle of the throat, or of the first hole.
+    fn center(&self) -> Option<DVec3> {
+        let throat = match self.spacetime.class() {
+            Class::Index(index) => index.throat(),
             _ => None,
-        }
+        };
+        throat.map(|throat| throat.center).or_else(|| self.spacetime.captures().first().map(|hole| hole.center))
     }
 
     /// How far from the middle `x` is, in words.
     fn distance(&self, x: DVec3) -> String {
-        let center = self.throat_center().or_else(|| self.spacetime.captures().first().map(|b| b.center));
-        center.map_or_else(String::new, |center| format!("{} from its centre", (x - center).length()))
+        self.center().map_or_else(String::new, |center| format!("{} from its centre", (x - center).length()))
     }
 }
 
@@ -182,7 +179,7 @@ pub(super) fn choose_integrator(
         }
         None if integrator.is_curved() => {
             let plugin = registry.find::<dyn Integrator>("straight");
-            let context = bare_context(&Nothing, registry.spectra());
+            let context = bare_context(&NoFiles, registry.spectra());
             let params = Params::new(Spanned::new("straight".to_owned(), Span::default()), &[], context);
             if let Some(straight) = plugin.and_then(|p| (p.build)(&params)) {
                 return ("straight".to_owned(), Some(straight));
@@ -212,14 +209,6 @@ pub(super) fn in_render_space(velocity: DVec3, camera: &dyn Camera) -> DVec3 {
     axes[0] * velocity.x + axes[1] * velocity.y + axes[2] * velocity.z
 }
 
-struct Nothing;
-
-impl Files for Nothing {
-    fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {
-        Err("no file is read here".into())
-    }
-}
-
 /// The point of a triangle nearest to `p` (Ericson 2004, "Real-Time Collision Detection", section 5.1.5).
 fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let (ab, ac) = (b - a, c - a);
@@ -244,15 +233,13 @@ fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Points all over a surface, which stand for it: the corners of triangles.
-fn points_of(geometry: &Geometry) -> Vec<DVec3> {
+fn points_of(geometry: &Geometry) -> Box<dyn Iterator<Item = DVec3> + '_> {
     match geometry {
-        Geometry::Analytic(surface) => (0..256)
-            .map(|i| {
-                let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
-                surface.sample(u).point
-            })
-            .collect(),
-        mesh => (0..mesh.triangle_count() as u32).filter_map(|t| mesh.corners(t)).flatten().collect(),
+        Geometry::Analytic(surface) => Box::new((0..256).map(|i| {
+            let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
+            surface.sample(u).point
+        })),
+        mesh => Box::new((0..mesh.triangle_count() as u32).filter_map(|t| mesh.corners(t)).flatten()),
     }
 }
 

@@ -51,17 +51,6 @@ pub fn is_invertible(t: &DAffine3) -> bool {
     t.is_finite() && t.matrix3.determinant().is_normal() && t.inverse().is_finite()
 }
 
-/// The factor by which a transform scales all lengths, if it is the same in all directions.
-pub fn uniform_scale(t: &DAffine3) -> Option<f64> {
-    let m = t.matrix3;
-    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-    let scale = m.determinant().abs().cbrt();
-    let tolerance = 1e-9 * scale * scale;
-    let equal = [x, y, z].into_iter().all(|a| (a.length_squared() - scale * scale).abs() <= tolerance);
-    let orthogonal = [x.dot(y), y.dot(z), z.dot(x)].into_iter().all(|d| d.abs() <= tolerance);
-    (equal && orthogonal).then_some(scale)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,12 +75,5 @@ mod tests {
         let mut flat = m;
         flat[0] = 0.0;
         assert_eq!(matrix(&flat), Err(NotAffine::Singular));
-    }
-
-    #[test]
-    fn uniform_scales_are_told_from_others() {
-        let t = DAffine3::from_scale(DVec3::new(-2.0, 2.0, 2.0)) * rotate(30.0, DVec3::new(1.0, 2.0, 3.0)).unwrap();
-        assert!((uniform_scale(&t).unwrap() - 2.0).abs() < 1e-12);
-        assert_eq!(uniform_scale(&DAffine3::from_scale(DVec3::new(1.0, 1.0, 1.1))), None);
     }
 }

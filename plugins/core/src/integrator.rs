@@ -123,10 +123,13 @@ pub trait Connections: Send + Sync {
     /// The geodesics from `x` to `y` that make `turn` < [`Connections::turns`] whole turns, whether or not something stands in
     /// their way; `None` where there is none.
     fn connect(&self, world: &World, x: Place, y: Place, turn: u32) -> ConnectionPair;
-    /// The same for each pair of points, written to the places of `found`: for integrators that join several faster than one after the other.
-    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
-        for ([x, y], found) in pairs.iter().zip(found) {
-            *found = self.connect(world, *x, *y, turn);
+    /// The same for each pair of points, written to the places of the rows of `found`, one a turn from 0 on: for integrators that join several
+    /// pairs, or find all geodesics of a pair, faster than one after the other.
+    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], found: &mut [&mut [ConnectionPair]]) {
+        for (turn, found) in (0..).zip(found) {
+            for ([x, y], found) in pairs.iter().zip(&mut **found) {
+                *found = self.connect(world, *x, *y, turn);
+            }
         }
     }
     /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` to `y`, sweeping `phi` (rad): what

@@ -8,7 +8,6 @@
 //! `from_param` has the Rust types that parameters are read as, `spectra` the parameters that are spectra; those that may be textures
 //! are in [`crate::texture`].
 
-use crate::blackhole::BlackHole;
 use crate::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use crate::spectrum::{Spectrum, SpectrumRole};
 use crate::texture::Named;
@@ -58,8 +57,6 @@ pub struct Context<'a> {
     pub world_from_object: DAffine3,
     /// Whether `ReverseOrientation` is in force.
     pub reverse_orientation: bool,
-    /// The scene's black hole, if there is one.
-    pub hole: Option<&'a BlackHole>,
     /// Width and height of the picture (pixels).
     pub resolution: [u32; 2],
     /// The range of wavelengths that the film records (nm).

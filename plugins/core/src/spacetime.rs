@@ -171,6 +171,28 @@ impl Spherical {
     }
 }
 
+impl Spacetime for Spherical {
+    fn at(&self, place: Place) -> Option<Stationary> {
+        if place.side == Side::Far { None } else { Self::at(self, place.x) }
+    }
+
+    fn captures(&self) -> Vec<Ball> {
+        vec![Ball { center: self.center, radius: self.horizon() }]
+    }
+
+    fn class(&self) -> Class<'_> {
+        Class::Spherical(*self)
+    }
+
+    fn metric(&self) -> &dyn Metric {
+        self
+    }
+
+    fn moved(&self, origin: DVec3) -> Arc<dyn Spacetime> {
+        Arc::new(Self { center: self.center - origin, ..*self })
+    }
+}
+
 /// The passage between the two sides of a wormhole: the sphere on which the charts of both are joined.
 ///
 /// The point `x` of the one chart is `center + (x - center) (radius / |x - center|)^2` in the other, and a tangent loses twice its radial

@@ -119,13 +119,11 @@ const LONG_WAY: f64 = 16.0;
 impl World {
     /// Geometry with its intersector around `hole`, whose centre is in render space; `origin` is that space's own, in the world.
     pub fn new(geometries: Vec<Geometry>, intersector: Box<dyn Intersector>, hole: Option<BlackHole>, origin: DVec3) -> Self {
-        let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
+        let bounds = around(&geometries);
         let clearance = hole.as_ref().filter(|h| h.rs > 0.0).and_then(|_| Clearance::new(&geometries, &bounds));
-        let (mut margin, mut reach) = (0.0, 0.0);
-        if !bounds.is_empty() {
-            margin = STEP_OFF * bounds.min.abs().max(bounds.max.abs()).max_element();
-            reach = hole.map_or(0.0, |h| (bounds.min - h.center).abs().max((bounds.max - h.center).abs()).length());
-        }
+        let margin = margin(&bounds);
+        let of_hole = |h: BlackHole| (bounds.min - h.center).abs().max((bounds.max - h.center).abs()).length();
+        let reach = if bounds.is_empty() { 0.0 } else { hole.map_or(0.0, of_hole) };
         let conventions = hole.map_or(Conventions::NATURE, |h| h.conventions());
         Self { geometries, intersector, bounds, hole, origin, margin, reach, clearance, spacetime: None, conventions, far: None }
     }
@@ -140,8 +138,8 @@ impl World {
     /// With the surfaces `geometries`, over which `intersector` is built, on the far side.
     #[must_use]
     pub fn with_far_side(mut self, geometries: Vec<Geometry>, intersector: Box<dyn Intersector>) -> Self {
-        let bounds = geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()));
-        let margin = if bounds.is_empty() { 0.0 } else { STEP_OFF * bounds.min.abs().max(bounds.max.abs()).max_element() };
+        let bounds = around(&geometries);
+        let margin = margin(&bounds);
         let clearance = Clearance::new(&geometries, &bounds);
         self.far = Some(Far { intersector, first: self.geometries.len() as u32, bounds, margin, clearance });
         self.geometries.extend(geometries);
@@ -161,6 +159,11 @@ impl World {
             }
             (Side::Far, None) => None,
         }
+    }
+
+    /// A box around all surfaces of both sides, in whose charts their coordinates are; empty without any.
+    pub fn bounds_of_both_sides(&self) -> Aabb {
+        self.far.as_ref().map_or(self.bounds, |far| self.bounds.union(far.bounds))
     }
 
     /// The side that a geometry is on.
@@ -251,6 +254,16 @@ impl World {
         let origin = self.geometries[hit.geometry as usize].inner_point(hit.primitive, hit.point, hit.barycentric);
         Ray { side: self.side_of(hit.geometry), leaving: Some(hit.primitive()), ..Ray::new(origin, direction) }
     }
+}
+
+/// A box around all surfaces; empty without any.
+fn around(geometries: &[Geometry]) -> Aabb {
+    geometries.iter().fold(Aabb::EMPTY, |b, g| b.union(g.bounds()))
+}
+
+/// How far single precision may move a point of a surface within `bounds`.
+fn margin(bounds: &Aabb) -> f64 {
+    if bounds.is_empty() { 0.0 } else { STEP_OFF * bounds.min.abs().max(bounds.max.abs()).max_element() }
 }
 
 /// The point `at(t)` of a segment, back on the surface from which rounding on a long way has moved it.

@@ -1,6 +1,5 @@
 //! The samples of a filter, with their weights, are the filter: means of test pictures against quadrature of its formula.
 
-use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Filter;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::params::{Context, Files, Params, SpectrumSource};
@@ -34,14 +33,12 @@ fn filter(name: &str, params: &[(&str, f64)]) -> Box<dyn Filter> {
         span,
     };
     let params: Vec<Param> = params.iter().map(param).collect();
-    let hole: Option<&BlackHole> = None;
     let context = Context {
         files: &Nothing,
         spectra: &Nothing,
         named: &bhs_core::texture::Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
-        hole,
         resolution: [1, 1],
         lambda_range: [360.0, 830.0],
         seed: 0,

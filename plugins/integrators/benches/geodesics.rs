@@ -14,7 +14,7 @@ use bhs_integrators::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, State
 use bhs_integrators::spherical::packet_orbit::{Planes, Steps, errors};
 use bhs_integrators::spherical::taylor::TaylorOrbit;
 use bhs_integrators::tracing::arc::Arc;
-use bhs_spacetimes::{Dneg, Ellis, Hole, Kerr, MajumdarPapapetrou, Round};
+use bhs_spacetimes::{Dneg, Ellis, Hole, Kerr, MajumdarPapapetrou};
 use glam::DVec3;
 use std::hint::black_box;
 use std::time::Instant;
@@ -155,7 +155,7 @@ fn main() {
     for (name, charge) in [("schwarzschild", 0.0), ("reissner-nordstrom", 0.8)] {
         let spherical = Spherical { center: DVec3::ZERO, rs: 2.0, charge_squared: charge * charge };
         let hole = Attraction::from(&spherical);
-        let rays = rays(&Round(spherical));
+        let rays = rays(&spherical);
         let all = |follow: &dyn Fn(&OrbitPlane, State) -> Counts| {
             rays.iter().fold((0, 0), |sum, (x, d)| {
                 let (plane, state) = OrbitPlane::of_ray(DVec3::ZERO, *x, *d);
@@ -180,9 +180,7 @@ fn main() {
                 })
             })
         });
-        report(name, "general, 1, 1e-9", rays.len() / 4, || {
-            general(&Round(spherical), None, &rays[..rays.len() / 4].to_vec(), 1e-9)
-        });
+        report(name, "general, 1, 1e-9", rays.len() / 4, || general(&spherical, None, &rays[..rays.len() / 4].to_vec(), 1e-9));
     }
     let holes = |n: usize| {
         let places = [DVec3::Z, -DVec3::Z, DVec3::X * 1.5, DVec3::Y * 2.0];

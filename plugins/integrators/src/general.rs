@@ -47,7 +47,7 @@ pub struct General(InSpacetime);
 impl General {
     /// To that tolerance; gives up after so many steps.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        Self(InSpacetime { method: Method::General(tolerance), max_steps })
+        Self(InSpacetime { method: Method::General(tolerance), max_steps, connections: None })
     }
 }
 

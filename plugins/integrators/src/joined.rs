@@ -71,10 +71,10 @@ impl Connections for Joined {
         }
     }
 
-    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
-        match hole(world) {
-            Some(hole) => connect_pairs(hole, pairs, turn, found),
-            None => Straight.connect_all(world, pairs, turn, found),
+    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], found: &mut [&mut [ConnectionPair]]) {
+        let Some(hole) = hole(world) else { return Straight.connect_all(world, pairs, found) };
+        for (turn, found) in (0..).zip(found) {
+            connect_pairs(hole, pairs, turn, found);
         }
     }
 

@@ -23,7 +23,7 @@
 
 use crate::flight::{Flight, Tolerance};
 use crate::graded_index::connect::GradedConnections;
-use crate::in_spacetime::{InSpacetime, Joining, Method};
+use crate::in_spacetime::{InSpacetime, Method};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::packet::{Course, End, NOWHERE, follow};
 use crate::taylor::TaylorOrbit;
@@ -75,12 +75,8 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
 
 impl Integrator for Adaptive {
     fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
-        let follows = InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps };
         let connections = if self.connections { GradedConnections::new(&**spacetime, self.tolerance) } else { None };
-        Ok(match connections {
-            Some(connections) => Box::new(Joining { follows, connections }),
-            None => Box::new(follows),
-        })
+        Ok(Box::new(InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps, connections }))
     }
 
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {

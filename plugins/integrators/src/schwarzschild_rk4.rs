@@ -107,7 +107,7 @@ impl Integrator for Rk4 {
                 Err("needs a spherical spacetime without charge, for its steps are those of a published method".to_owned())
             }
             Class::Spherical(_) | Class::Index(_) => {
-                Ok(Box::new(InSpacetime { method: Method::RungeKutta(self.step), max_steps: self.max_steps }))
+                Ok(Box::new(InSpacetime { method: Method::RungeKutta(self.step), max_steps: self.max_steps, connections: None }))
             }
             Class::General(_) => {
                 Err("needs a spherical spacetime, or one with a refractive index: several extremal holes, or a wormhole"

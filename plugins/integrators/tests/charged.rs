@@ -11,7 +11,6 @@ use bhs_integrators::spherical::Attraction;
 use bhs_integrators::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, State, Stepper};
 use bhs_integrators::spherical::packet_orbit::{Planes, Steps, errors};
 use bhs_integrators::spherical::taylor::TaylorOrbit;
-use bhs_spacetimes::Round;
 use glam::DVec3;
 use random::Random;
 use std::f64::consts::PI;
@@ -181,7 +180,7 @@ fn orbits_agree_with_hamiltons_equations() {
     let count = std::env::var("BHS_GEODESICS").map_or(2_000, |n| n.parse().expect("BHS_GEODESICS is a number"));
     for charge in [0.0, 0.6, 1.0] {
         let spherical = Spherical { center: DVec3::new(0.2, -0.1, 0.3), ..hole(charge) };
-        let spacetime = Round(spherical);
+        let spacetime = spherical;
         let attraction = Attraction::from(&spherical);
         let around = Surroundings::new(&spacetime, None, false, Ball { center: DVec3::ZERO, radius: 10.0 });
         let mut random = Random(21);

@@ -2,13 +2,14 @@
 
 #![allow(clippy::print_stderr, reason = "tests say what they measured")]
 
+#[path = "common/empty.rs"]
+mod empty;
 #[path = "common/random.rs"]
 #[allow(dead_code, reason = "every test file is a crate of its own and uses its part")]
 mod random;
 
-use bhs_core::geometry::{Geometry, Segment};
+use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Connection, Connections};
-use bhs_core::intersector::{Intersector, PrimitiveHit};
 use bhs_core::observer::Conventions;
 use bhs_core::real::Vector;
 use bhs_core::spacetime::{Ball, Class, GradedIndex, Place, Side, Spacetime};
@@ -21,24 +22,12 @@ use bhs_integrators::graded_index::medium::Medium;
 use bhs_integrators::graded_index::path::Paths;
 use bhs_integrators::tracing::arc::Arc as _;
 use bhs_spacetimes::{Dneg, Ellis, Hole, MajumdarPapapetrou};
+use empty::Empty;
 use glam::DVec3;
 use random::Random;
 use std::sync::Arc;
 
 const REACH: Ball = Ball { center: DVec3::ZERO, radius: 30.0 };
-
-/// An intersector over no geometry.
-struct Empty;
-
-impl Intersector for Empty {
-    fn closest(&self, _: &Segment) -> Option<PrimitiveHit> {
-        None
-    }
-
-    fn blocked(&self, _: &Segment) -> bool {
-        false
-    }
-}
 
 struct Setting {
     name: &'static str,

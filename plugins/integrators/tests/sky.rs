@@ -1,32 +1,23 @@
 //! Light from far away: the geodesics between a point and a direction of the sky, against tracing them and against their neighbours.
 
+#[path = "common/empty.rs"]
+mod empty;
 #[path = "connections/tracing.rs"]
 #[allow(dead_code)]
 mod tracing;
 
 use bhs_core::blackhole::BlackHole;
-use bhs_core::geometry::{Geometry, Segment};
+use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
-use bhs_core::intersector::{Intersector, PrimitiveHit};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use bhs_integrators::Exact;
 use bhs_integrators::connect::connect;
 use bhs_integrators::connect_sky::{connect_sky, spread_sky};
 use bhs_integrators::flight::Tolerance;
+use empty::Empty;
 use glam::DVec3;
 use tracing::{Random, hole, pair};
-
-struct Empty;
-
-impl Intersector for Empty {
-    fn closest(&self, _: &Segment) -> Option<PrimitiveHit> {
-        None
-    }
-    fn blocked(&self, _: &Segment) -> bool {
-        false
-    }
-}
 
 /// Where the ray from `x` along `launch` leaves, and the angle that it sweeps.
 fn traced(hole: &BlackHole, x: DVec3, launch: DVec3) -> Option<(DVec3, f64)> {

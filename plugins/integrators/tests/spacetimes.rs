@@ -234,11 +234,7 @@ fn nothing_that_bends_is_straight() {
     let tiny: [Arc<dyn Spacetime>; 3] = [
         Arc::new(bhs_spacetimes::MajumdarPapapetrou::new(&[bhs_spacetimes::Hole { center: rooms::CENTER, mass: 1e-14 }])),
         Arc::new(bhs_spacetimes::Ellis { center: rooms::CENTER, throat: 1e-9 }),
-        Arc::new(bhs_spacetimes::Round(bhs_core::spacetime::Spherical {
-            center: rooms::CENTER,
-            rs: 1e-14,
-            charge_squared: 1e-29,
-        })),
+        Arc::new(bhs_core::spacetime::Spherical { center: rooms::CENTER, rs: 1e-14, charge_squared: 1e-29 }),
     ];
     let mut dice = Dice(5);
     for _ in 0..8 {

@@ -63,7 +63,6 @@ fn build<T: ?Sized>(plugin: &Plugin<T>, params: &[Param]) -> (Option<Box<T>>, Ve
         named: &bhs_core::texture::Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
-        hole: None,
         resolution: [1, 1],
         lambda_range: [360.0, 830.0],
         seed: 0,

@@ -21,7 +21,6 @@ pub use ellis::Ellis;
 pub use kerr::Kerr;
 pub use majumdar_papapetrou::{Hole, MajumdarPapapetrou};
 pub use minkowski::Minkowski;
-pub use round::Round;
 
 use bhs_core::Plugin;
 use bhs_core::spacetime::Spacetime;

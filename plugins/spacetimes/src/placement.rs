@@ -95,3 +95,17 @@ pub fn in_range(p: &Params, places: &[DVec3], lengths: &[f64]) -> bool {
     }
     fits
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DQuat;
+
+    #[test]
+    fn uniform_scales_are_told_from_others() {
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 30f64.to_radians());
+        let t = DAffine3::from_scale(DVec3::new(-2.0, 2.0, 2.0)) * DAffine3::from_quat(turn);
+        assert!((uniform_scale(&t).unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!(uniform_scale(&DAffine3::from_scale(DVec3::new(1.0, 1.0, 1.1))), None);
+    }
+}

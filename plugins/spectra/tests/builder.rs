@@ -48,7 +48,6 @@ fn build_values(ty: ParamType, values: Values, role: SpectrumRole) -> Built {
         named: &bhs_core::texture::Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
-        hole: None,
         resolution: [1, 1],
         lambda_range: [360.0, 830.0],
         seed: 0,

@@ -100,8 +100,10 @@ impl Images {
         let pairs: ArrayVec<[spacetime::Place; 2], BATCH> =
             ends.clone().map(|(x, light)| [x, if is_sky(light) { x } else { light.place() }]).collect();
         self.count = connections.turns() as usize;
-        for (turn, found) in (0..connections.turns()).zip(&mut self.turns) {
-            connections.connect_all(&scene.world, &pairs, turn, &mut found[..pairs.len()]);
+        let mut rows: ArrayVec<&mut [ConnectionPair], MOST_TURNS> =
+            self.turns[..self.count].iter_mut().map(|found| &mut found[..pairs.len()]).collect();
+        connections.connect_all(&scene.world, &pairs, &mut rows);
+        for (turn, found) in (0..).zip(rows) {
             for (found, (x, light)) in found.iter_mut().zip(ends.clone()).filter(|(_, (_, light))| is_sky(light)) {
                 *found = connections.connect_sky(&scene.world, x, (light.point, light.side), turn);
             }

@@ -16,8 +16,6 @@ use bhs_core::spacetime::{Class, Place, Side, Spacetime};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
-use std::cell::RefCell;
-use std::sync::Arc;
 
 /// Rays between two points of a spacetime of the class [`Class::Index`].
 #[derive(Clone, Copy, Debug)]
@@ -54,47 +52,28 @@ fn connection_to_sky(found: &Reached, sky: DVec3, distance: f64) -> Connection {
     Connection { arrival: sky, spread: found.spread / (distance * distance), ..connection(found) }
 }
 
-/// What was found of some pairs of points in some spacetime.
-#[derive(Default)]
-struct Known {
-    spacetime: Option<Arc<dyn Spacetime>>,
-    pairs: Vec<[Place; 2]>,
-    images: Vec<Vec<Option<Reached>>>,
-}
-
-thread_local! {
-    /// All images are found together, and asked for by turns.
-    static KNOWN: RefCell<Known> = RefCell::new(Known::default());
-}
-
 impl Connections for GradedConnections {
     fn turns(&self) -> u32 {
         self.pairs
     }
 
     fn connect(&self, world: &World, x: Place, y: Place, turn: u32) -> ConnectionPair {
-        let mut found = [[None; 2]];
-        self.connect_all(world, &[[x, y]], turn, &mut found);
-        found[0]
+        let mut found = [[[None; 2]; 1]; MOST_TURNS];
+        let mut rows = found.each_mut().map(|row| &mut row[..]);
+        self.connect_all(world, &[[x, y]], &mut rows[..self.pairs as usize]);
+        found[turn as usize][0]
     }
 
-    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
-        let Some(spacetime) = &world.spacetime else { return found.fill([None; 2]) };
-        KNOWN.with_borrow_mut(|known| {
-            let is_known = known.pairs == pairs && known.spacetime.as_ref().is_some_and(|s| Arc::ptr_eq(s, spacetime));
-            if !is_known {
-                let setting = Setting::of(&**spacetime);
-                let images = |[x, y]: [Place; 2]| {
-                    setting.as_ref().map_or_else(Vec::new, |s| s.find_all([x, y], self.images(), Setting::way))
-                };
-                let images = pairs.iter().copied().map(images).collect();
-                *known = Known { spacetime: Some(spacetime.clone()), pairs: pairs.to_vec(), images };
-            }
-            for (found, images) in found.iter_mut().zip(&known.images) {
+    fn connect_all(&self, world: &World, pairs: &[[Place; 2]], found: &mut [&mut [ConnectionPair]]) {
+        let setting = world.spacetime.as_deref().and_then(Setting::of);
+        for (k, pair) in pairs.iter().enumerate() {
+            // All images are found together: one of them may turn out to be another.
+            let images = setting.as_ref().map_or_else(Vec::new, |s| s.find_all(*pair, self.images(), Setting::way));
+            for (turn, row) in found.iter_mut().enumerate() {
                 let image = |i: usize| images.get(i).and_then(|i| i.as_ref()).map(connection);
-                *found = [image(2 * turn as usize), image(2 * turn as usize + 1)];
+                row[k] = [image(2 * turn), image(2 * turn + 1)];
             }
-        });
+        }
     }
 
     fn spread(&self, world: &World, x: Place, launch: DVec3, y: Place, phi: f64) -> Option<f64> {

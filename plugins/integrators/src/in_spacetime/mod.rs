@@ -1,13 +1,9 @@
 //! Integrators in spacetimes other than flat space and the plain hole: which way of following rays belongs to which class.
 
-mod joining;
-mod plain;
-
-pub use joining::Joining;
-
 use crate::flight::Tolerance;
 use crate::general::course::{Depths, Ray as GeneralRay};
 use crate::general::{self, Surroundings};
+use crate::graded_index::connect::GradedConnections;
 use crate::graded_index::course::Setting;
 use crate::spherical::course::Ray as Orbit;
 use crate::straight::Straight;
@@ -18,7 +14,6 @@ use bhs_core::observer::Observer;
 use bhs_core::spacetime::{Class, Place, Spacetime, Spherical};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
-use plain::Plain;
 
 /// How rays are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +33,8 @@ pub struct InSpacetime {
     pub method: Method,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
+    /// The rays between two points, if they are searched.
+    pub connections: Option<GradedConnections>,
 }
 
 /// What is told once of a world through which many rays are followed.
@@ -74,7 +71,7 @@ impl InSpacetime {
         match (&world.spacetime, world.hole.as_ref().filter(|h| h.rs > 0.0)) {
             (Some(spacetime), _) => work(&self.method.setup(world, &**spacetime)),
             (None, Some(hole)) => {
-                let plain = Plain(Spherical { center: hole.center, rs: hole.rs, charge_squared: 0.0 });
+                let plain = Spherical { center: hole.center, rs: hole.rs, charge_squared: 0.0 };
                 work(&self.method.setup(world, &plain))
             }
             (None, None) => work(&Setup::Straight),
@@ -165,7 +162,7 @@ impl Integrator for InSpacetime {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        None
+        self.connections.as_ref().map(|connections| connections as _)
     }
 
     fn is_curved(&self) -> bool {

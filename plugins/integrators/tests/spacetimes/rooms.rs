@@ -9,7 +9,7 @@ use bhs_core::spacetime::{Place, Side, Spacetime, Spherical};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use bhs_intersectors::reference::Reference;
-use bhs_spacetimes::{Dneg, Ellis, Hole, MajumdarPapapetrou, Round};
+use bhs_spacetimes::{Dneg, Ellis, Hole, MajumdarPapapetrou};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ pub fn spacetimes() -> Vec<(&'static str, Arc<dyn Spacetime>)> {
         ("two extremal holes", Arc::new(MajumdarPapapetrou::new(&[hole(0.25, 0.07), hole(-0.2, 0.04)]))),
         ("Ellis", Arc::new(Ellis { center: CENTER, throat: 0.4 })),
         ("DNEG", Arc::new(Dneg::new(CENTER, 0.4, 0.2, 0.05).expect("it has a profile"))),
-        ("Reissner-Nordstroem", Arc::new(Round(Spherical { center: CENTER, rs: 0.24, charge_squared: 0.01 }))),
+        ("Reissner-Nordstroem", Arc::new(Spherical { center: CENTER, rs: 0.24, charge_squared: 0.01 })),
     ]
 }
 

@@ -116,7 +116,6 @@ pub fn try_build_among(
         named: things,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
-        hole: None,
         resolution: [1, 1],
         lambda_range: [360.0, 830.0],
         seed: 0,

@@ -77,7 +77,6 @@ impl Place {
             named: &bhs_core::texture::Nameless,
             world_from_object: self.transform,
             reverse_orientation: self.reverse,
-            hole: None,
             resolution: [1, 1],
             lambda_range: [360.0, 830.0],
             seed: 0,

@@ -45,7 +45,6 @@ pub fn build_under(transform: DAffine3, name: &str, params: Given) -> (Option<Bo
         named: &bhs_core::texture::Nameless,
         world_from_object: transform,
         reverse_orientation: false,
-        hole: None,
         resolution: [1, 1],
         lambda_range: [360.0, 830.0],
         seed: 0,
