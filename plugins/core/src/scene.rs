@@ -196,17 +196,23 @@ impl Scene {
         self.integrator.observer(&self.world, place)
     }
 
-    /// The ray along which an observer at `viewpoint` sees what `seen` shows, and that observer; `None`, and the ray of flat space, where nothing
-    /// can stand still.
+    /// The ray along which an observer at `viewpoint` sees what `seen` shows, and the wavelength of its light there over that at E = 1; `None`, and
+    /// the ray of flat space, where nothing can stand still.
     #[inline]
-    pub fn camera_ray(&self, seen: &CameraRay, viewpoint: &Viewpoint) -> (Ray, Option<Observer>) {
+    pub fn camera_ray(&self, seen: &CameraRay, viewpoint: &Viewpoint) -> (Ray, Option<f64>) {
         let Viewpoint { side, velocity } = *viewpoint;
         let mut observer = self.observer(Place { x: seen.origin, side });
         if velocity != DVec3::ZERO {
             observer = observer.map(|o| o.moving(velocity));
         }
-        let direction = observer.unwrap_or(Observer::FLAT).chart_direction(seen.direction);
-        (Ray { footprint: self.footprints.camera, side, ..Ray::new(seen.origin, direction) }, observer)
+        let (direction, ratio) = match &observer {
+            Some(observer) => {
+                let direction = observer.chart_direction(seen.direction);
+                (direction, Some(observer.ratio(direction)))
+            }
+            None => (Observer::FLAT.chart_direction(seen.direction), None),
+        };
+        (Ray { footprint: self.footprints.camera, side, ..Ray::new(seen.origin, direction) }, ratio)
     }
 
     /// Spectral radiance per wavelength at E = 1 over that where the wavelength is `ratio` times as long: `L lambda^5` is constant along a
