@@ -146,7 +146,7 @@ impl Registry {
         self.create_with(entity, context, found, |_| None::<()>).0
     }
 
-    /// The same, and what the directive itself reads of the parameters: see [`directive_params`].
+    /// The same, and what the directive itself reads of the parameters: see `directive_params`.
     pub fn create_with<T: Kind + ?Sized, D>(
         &self,
         entity: &Entity,
