@@ -1,8 +1,7 @@
 //! Following light takes no memory: once a scene is built, no path allocates, whatever follows it and whatever it meets. (What Embree does
 //! within is its own; it answers queries from the stack.)
 
-mod common;
-
+use crate::common::{build_with, read};
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
 use bhs::registry::Registry;
 use bhs_core::integrator::{Integrator, Ray};
@@ -10,7 +9,6 @@ use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::TraceLog;
 use bhs_core::transport::LightTransport;
-use common::{build_with, read};
 use glam::DVec2;
 
 /// Follows `count` camera paths all over the picture, and returns how many rays that took.

@@ -1,14 +1,13 @@
 //! Renders that are broken off and resumed end with the same bytes; checkpoints that do not belong to them are refused.
 
-mod common;
-
+use crate::common;
+use crate::common::process::{Folder, files};
 use bhs::checkpoint::{self, Identity, Refusal};
 use bhs::image::Picture;
 use bhs::lang::{BuiltScene, Overrides};
 use bhs::progress::Progress;
 use bhs::render::{Ended, Job, Limits, RenderState, Rendered};
 use bhs::signals::Signals;
-use common::process::{Folder, files};
 use std::time::Duration;
 
 /// A film, a sampler, a way of gathering light, and a room with a hole, a lamp and something glossy.

@@ -1,7 +1,6 @@
 //! The program as a person runs it: exit codes, files, messages.
 
-mod common;
-
+use crate::common;
 use assert_cmd::Command;
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,9 +1,7 @@
 //! What may be read: regular files, whatever their names, and with `--root` those of a folder only.
 #![cfg(unix)]
 
-mod common;
-
-use common::program::{Folder, SMALL};
+use crate::common::program::{Folder, SMALL};
 use std::ffi::OsStr;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::symlink;

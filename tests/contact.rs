@@ -1,8 +1,6 @@
 //! Glass that stands on a floor, sheets of glass that touch, lamps just behind and before a surface: what is seen, against closed forms.
 
-mod common;
-
-use common::lights::mean;
+use crate::common::lights::mean;
 
 /// Reflectance of glass of index 1.5 at normal incidence.
 const R: f64 = 0.04;

@@ -1,7 +1,6 @@
 //! Curved truth: the flat limit, the shadow of a hole, and rooms that light cannot leave.
 
-mod common;
-
+use crate::common;
 use bhs::lang::Overrides;
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Ray};
@@ -102,7 +101,7 @@ fn the_shadow_has_the_radius_that_a_static_observer_sees() {
 
 #[test]
 fn a_million_rays_do_not_leave_the_closed_cornell_box() {
-    // More of them by `BHS_RAYS=10000000 cargo test --release --test curved million`.
+    // More of them by `BHS_RAYS=10000000 cargo test --release --test all curved::a_million`.
     let wanted = std::env::var("BHS_RAYS").ok().and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
     let hole = |rs: f64| format!("BlackHole \"schwarzschild\" \"point3 center\" [278 274.4 279.6] \"float rs\" {rs}");
     for (name, hole) in [("flat", String::new()), ("small hole", hole(20.0)), ("large hole", hole(120.0))] {

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! with the first and the last column that is underlined, `none` at the top of the file for what has no place. `warning:` and
-//! `and:` (a second place) work likewise. `BLESS=1 cargo test --test diagnostics` writes what is found into the files.
+//! `and:` (a second place) work likewise. `BLESS=1 cargo test --test all diagnostics::` writes what is found into the files.
 
 use bhs::lang::{self, Overrides, SourceMap};
 use bhs::registry::Registry;

@@ -1,9 +1,8 @@
 //! Disks that are full, limits on the size of files, and folders that go away: the picture is kept if any place takes it.
 #![cfg(unix)]
 
-mod common;
-
-use common::program::{Folder, SMALL};
+use crate::common;
+use crate::common::program::{Folder, SMALL};
 use std::time::Duration;
 
 /// The commands that a message names, as a script.

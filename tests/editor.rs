@@ -1,7 +1,6 @@
 //! The syntax highlighting under `docs/editor` knows the words of the language, and no others.
 
-mod common;
-
+use crate::common;
 use bhs::lang;
 use bhs_core::value::ParamType;
 use serde_json::Value;

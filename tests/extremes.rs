@@ -1,8 +1,7 @@
 //! Extreme values of every number that a plugin takes: each is an error at its place, or gives a picture of finite numbers. Nothing panics,
 //! nothing hangs.
 
-mod common;
-
+use crate::common;
 use bhs::lang::{self, Overrides, SourceMap};
 use bhs::registry::{PluginInfo, Registry};
 use std::sync::mpsc;

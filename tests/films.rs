@@ -1,9 +1,8 @@
 //! What films, samplers and the layers of samples record, against closed forms.
 
-mod common;
-
+use crate::common;
+use crate::common::lights::luminance;
 use bhs_core::layer::Layer;
-use common::lights::luminance;
 
 #[test]
 fn equal_energy_has_unit_luminance() {

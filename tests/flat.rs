@@ -1,6 +1,6 @@
 //! Flat truth: closed rooms whose radiance is known, for every light transport and sampler.
 
-mod common;
+use crate::common;
 
 /// A closed cube whose walls reflect `albedo` and emit 1, seen from an inner point.
 fn furnace(albedo: f64, transport: &str, sampler: &str, samples: u32) -> String {

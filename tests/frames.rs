@@ -1,14 +1,13 @@
 //! Local frames and the counting of light: areas, solid angles, and what falls into the hole.
 
-mod common;
-
+use crate::common;
+use crate::common::lights::random;
+use crate::common::physics::rgb_of;
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::Arrival;
 use bhs_core::light::Emission;
 use bhs_core::scene::Scene;
 use bhs_core::stats::TraceLog;
-use common::lights::random;
-use common::physics::rgb_of;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 

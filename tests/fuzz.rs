@@ -4,8 +4,7 @@
 //!
 //! Everything is drawn from fixed seeds. `BHS_FUZZ=10` multiplies the number of inputs.
 
-mod common;
-
+use crate::common;
 use bhs::image::{Frame, Picture};
 use bhs::lang::description::Entity;
 use bhs::lang::parse::Directives;

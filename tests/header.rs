@@ -1,7 +1,6 @@
 //! The header of EXR files: what OpenEXR itself names, as other programs read it.
 
-mod common;
-
+use crate::common;
 use bhs::header;
 use bhs::lang::BuiltScene;
 use exr::meta::attribute::AttributeValue;

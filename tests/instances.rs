@@ -1,7 +1,6 @@
 //! An object that stands in several places looks as copies of it would: with and without a hole, under either intersector.
 
-mod common;
-
+use crate::common;
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Ray};
 use glam::{DAffine3, DVec3};

@@ -1,7 +1,6 @@
 //! Layers against numbers that are computed here in other ways, from the orbit's first integral alone.
 
-mod common;
-
+use crate::common;
 use bhs::film::LayerPicture;
 use bhs::lang::Overrides;
 use bhs_core::layer::Layer;

@@ -1,10 +1,9 @@
 //! What a hole does to the picture of a small lamp behind it, and what is left of things that reach into it.
 
-mod common;
-
+use crate::common;
+use crate::common::physics::{directions, lapse, swept_to_pericentre};
 use bhs_core::integrator::{Arrival, Ray};
 use bhs_core::stats::TraceLog;
-use common::physics::{directions, lapse, swept_to_pericentre};
 use std::f64::consts::PI;
 
 /// The angle from the hole (rad) at which a static observer at `camera` sees the ring of what lies exactly behind the hole at `lamp`

@@ -2,8 +2,7 @@
 
 #![cfg(target_os = "linux")] // where the system tells what there is
 
-mod common;
-
+use crate::common;
 use allocation_counter::measure;
 use bhs::false_color::FalseColor;
 use bhs::film::Framebuffer;

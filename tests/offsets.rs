@@ -1,7 +1,6 @@
 //! A scene is the same wherever in the world it stands: the program moves it to its own origin before single precision begins.
 
-mod common;
-
+use crate::common;
 use bhs::lang::{BuiltScene, Overrides};
 use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::sampling::mix64;

@@ -1,7 +1,6 @@
 //! What cameras see, against closed forms: rays, blur out of focus, and clocks that differ across a picture.
 
-mod common;
-
+use crate::common;
 use bhs::lang::BuiltScene;
 use bhs_core::camera::CameraRay;
 use glam::{DVec2, DVec3, Vec2};

@@ -1,8 +1,6 @@
 //! Whatever is written destroys nothing: neither what the scene reads, nor what else is written, nor what it replaces by half.
 
-mod common;
-
-use common::program::{Folder, SMALL};
+use crate::common::program::{Folder, SMALL};
 
 /// A scene that reads a file of every kind: an include, a texture, two skies, a mesh and a spectrum.
 const READER: &str = r#"

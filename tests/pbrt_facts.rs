@@ -1,8 +1,7 @@
 //! What a user of pbrt-v4 takes for granted, one fact a row, each found out by running a scene. (pbrt-v4's own documentation: "File Format",
 //! and Pharr, Jakob and Humphreys 2023.) Where bhs differs on purpose stands in the table of differences of the language reference.
 
-mod common;
-
+use crate::common;
 use bhs::lang::BuiltScene;
 use bhs::registry::Registry;
 use bhs_core::camera::CameraRay;

@@ -1,12 +1,11 @@
 //! Lights that shine from a point: the inverse square law, and near a hole the light that forward tracing finds.
 
-mod common;
-
+use crate::common;
+use crate::common::lights::{floor, random, received};
 use bhs::lang::BuiltScene;
 use bhs_core::integrator::{Arrival, Ray, Sight};
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::TraceLog;
-use common::lights::{floor, random, received};
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 

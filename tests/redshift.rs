@@ -1,8 +1,7 @@
 //! Redshift: what wavelength and what radiance arrive, between all pairs of radii, and what the film makes of it.
 
-mod common;
-
-use common::physics::{directions, lapse, planck, radiance, rgb_of, shadow_sine};
+use crate::common;
+use crate::common::physics::{directions, lapse, planck, radiance, rgb_of, shadow_sine};
 use glam::DVec3;
 
 const INTEGRATORS: [&str; 3] = ["schwarzschild-exact", "schwarzschild-adaptive", "schwarzschild-rk4"];

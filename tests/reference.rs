@@ -1,14 +1,12 @@
 //! The language reference keeps up with the language: its examples are scenes without fault, and every directive, every type and
 //! every plugin has its section, the plugins with the parameter table that their constructors ask for.
 //!
-//! `BLESS=1 cargo test --test reference` writes the tables into `grammar/README.md`.
+//! `BLESS=1 cargo test --test all reference::` writes the tables into `grammar/README.md`.
 
-mod common;
-
+use crate::common::examples::{build_all, examples};
 use bhs::lang;
 use bhs::registry::{PluginInfo, Registry};
 use bhs_core::value::ParamType;
-use common::examples::{build_all, examples};
 use std::fs;
 
 const PATH: &str = "grammar/README.md";

@@ -1,9 +1,8 @@
 //! What an output replaces: its mode and the links that lead to it stay, half a file is never seen, and nothing is left lying about.
 #![cfg(unix)]
 
-mod common;
-
-use common::program::{Folder, SMALL};
+use crate::common;
+use crate::common::program::{Folder, SMALL};
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use std::time::{Duration, Instant};

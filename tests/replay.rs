@@ -1,7 +1,6 @@
 //! Samples that are replayed, and numbers of a render that no picture can show: what is said of them.
 
-mod common;
-
+use crate::common;
 use assert_cmd::Command;
 use bhs::image::Picture;
 use bhs::lang::Overrides;

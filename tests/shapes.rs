@@ -1,7 +1,6 @@
 //! Disks, cylinders and bilinear patches around a hole: seen as dense meshes of triangles are, and lighting as they do.
 
-mod common;
-
+use crate::common;
 use glam::DVec3;
 use std::fmt::Write;
 

@@ -1,13 +1,10 @@
 //! What a render leaves behind when it is told to stop, or killed, at whatever moment.
 //!
-//! `BHS_KILLS=200 cargo test --release --test signals` kills it 200 times with each signal; a few times by default.
+//! `BHS_KILLS=200 cargo test --release --test all signals::` kills it 200 times with each signal; a few times by default.
 #![cfg(unix)]
-#![allow(clippy::print_stderr, reason = "tests say what they skip")]
 
-mod common;
-
+use crate::common::process::{Folder, files};
 use bhs::image::Picture;
-use common::process::{Folder, files};
 use std::time::{Duration, Instant};
 
 /// A small room that renders for about as many samples as are asked for.

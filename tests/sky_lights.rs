@@ -1,13 +1,12 @@
 //! Lights infinitely far away: closed forms in flat space, and around a hole the light that forward tracing finds.
 
-mod common;
-
+use crate::common;
+use crate::common::lights::{floor, luminance, mean, random, received};
 use bhs::image::{Frame, Picture};
 use bhs::lang::BuiltScene;
 use bhs_core::integrator::{Arrival, Ray};
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_core::stats::TraceLog;
-use common::lights::{floor, luminance, mean, random, received};
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 

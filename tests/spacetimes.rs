@@ -1,11 +1,10 @@
 //! Spacetimes other than the plain hole, in whole scenes: what the language says of them, rooms in thermal equilibrium, both sides of
 //! wormholes, and cameras that move.
 
-mod common;
-
+use crate::common;
+use crate::common::physics::{planck, rgb_of};
 use bhs::lang::{self, Overrides, SourceMap};
 use bhs::registry::Registry;
-use common::physics::{planck, rgb_of};
 
 /// The codes and texts of all that is wrong with a scene.
 fn findings(text: &str) -> Vec<(String, String)> {

@@ -1,9 +1,7 @@
 //! Standard error that nobody reads changes nothing: neither exit codes nor what is written. Standard output that is full is an error.
 #![cfg(unix)]
 
-mod common;
-
-use common::program::{Folder, SMALL};
+use crate::common::program::{Folder, SMALL};
 use std::fs::File;
 use std::process::{Command, Stdio};
 

@@ -1,7 +1,6 @@
 //! Textures as they are seen: rendered squares against the numbers that the textures are made of.
 
-mod common;
-
+use crate::common;
 use bhs_core::spectrum::N_LAMBDA;
 use bhs_core::stats::TraceLog;
 use std::path::Path;

@@ -1,10 +1,7 @@
 //! Things thinner than a pixel, and thinner than rays stray, near a hole: the light that arrives from them is in proportion to their size,
 //! and does not depend on how fine the picture is.
 
-#![allow(clippy::print_stderr, reason = "tests say what they measured")]
-
-mod common;
-
+use crate::common;
 use std::fmt::Write as _;
 
 const INTEGRATORS: [&str; 3] = [r#""schwarzschild-adaptive""#, r#""schwarzschild-exact""#, r#""schwarzschild-rk4""#];
@@ -166,7 +163,7 @@ const CASES: [Case; 7] = [
 
 #[test]
 fn light_is_in_proportion_to_size_whatever_the_resolution() {
-    // By `BHS_THIN=16 cargo test --release --test thin` with so many times the samples, and all resolutions.
+    // By `BHS_THIN=16 cargo test --release --test all thin::` with so many times the samples, and all resolutions.
     let more: Option<u32> = std::env::var("BHS_THIN").ok().map(|n| n.parse().expect("BHS_THIN is a number"));
     let mut wrong = 0;
     for Case { name, things, power, depth, sizes } in CASES {

@@ -3,11 +3,8 @@
 //! Walls of albedo rho at the local temperature `T0 / sqrt(f)` emit `(1 - rho) B` and scatter `rho B`: all in all B, which arrives anywhere
 //! as B at the temperature there. Exactly so only if nothing ends in the hole, so a surface of the same kind encloses it.
 
-#![allow(clippy::print_stderr, reason = "tests say what they measured")]
-
-mod common;
-
-use common::physics::{directions, lapse, planck, radiance, rgb_of, shadow_sine};
+use crate::common;
+use crate::common::physics::{directions, lapse, planck, radiance, rgb_of, shadow_sine};
 
 /// Temperature far from the hole (K).
 const T0: f64 = 3200.0;

@@ -1,16 +1,15 @@
 //! The tutorial keeps up with the program: its scenes are without fault, its commands can be typed, they print what it shows, and its
 //! pictures are there.
 //!
-//! `BLESS=1 cargo test --test tutorial` writes what the commands print into `docs/tutorial.md`.
+//! `BLESS=1 cargo test --test all tutorial::` writes what the commands print into `docs/tutorial.md`.
 
-mod common;
-
+use crate::common;
+use crate::common::examples::{blocks, build_all, examples};
 use bhs::cli::{Cli, Command};
 use bhs::lang::{self, Overrides, SourceMap};
 use bhs::registry::Registry;
 use bhs::{plugins_table, report};
 use clap::Parser;
-use common::examples::{blocks, build_all, examples};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;

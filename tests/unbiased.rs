@@ -5,12 +5,9 @@
 //! methods agree if the differences of their block means, in units of their errors, are distributed as they should be by chance.
 //!
 //! The default is a quick check of some per cent. Half a per cent takes minutes for each scene:
-//! `BHS_UNBIASED=64 cargo test --release --test unbiased -- --nocapture --test-threads 1` (the number multiplies the samples).
+//! `BHS_UNBIASED=64 cargo test --release --test all unbiased:: -- --nocapture --test-threads 1` (the number multiplies the samples).
 
-#![allow(clippy::print_stderr, reason = "tests say what they measured")]
-
-mod common;
-
+use crate::common;
 use bhs::lang::Overrides;
 
 /// Size of the pictures (pixels) and of a block.

@@ -4,10 +4,7 @@
 //! surface. Of each solid it is known whether the ray is inside: it must not enter one that it is in, leave one that it is not in, or
 //! leave the room.
 
-#![allow(clippy::print_stderr, reason = "tests say what they measured")]
-
-mod common;
-
+use crate::common;
 use bhs::lang::BuiltScene;
 use bhs_core::integrator::{Arrival, Ray};
 use bhs_core::sampling::mix64;
@@ -270,7 +267,7 @@ fn path(built: &BuiltScene, rooms: &Rooms, mut ray: Ray, random: &mut Random, co
 
 /// How many rays for each test.
 fn rays() -> u64 {
-    // All of them by `BHS_RAYS=10000000 cargo test --release --test watertight`.
+    // All of them by `BHS_RAYS=10000000 cargo test --release --test all watertight::`.
     std::env::var("BHS_RAYS").map_or(200_000, |n| n.parse().expect("BHS_RAYS is a number"))
 }
 

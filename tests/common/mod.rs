@@ -1,8 +1,5 @@
 //! What the tests share: scenes from text, and rays through them.
 
-#![allow(clippy::print_stderr, reason = "tests say what they measured")]
-#![allow(dead_code)] // each test program uses a part of it
-
 pub mod examples;
 pub mod lights;
 pub mod physics;
@@ -12,7 +9,7 @@ pub mod program;
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
 use bhs::registry::Registry;
 use bhs::render::Rendered;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The project's root folder.
 pub fn root() -> &'static Path {
@@ -41,16 +38,6 @@ pub fn build_with(text: &str, overrides: &Overrides) -> BuiltScene {
 /// Renders a built scene on the current thread pool.
 pub fn render(built: &BuiltScene) -> Rendered {
     bhs::render::render_quietly(built)
-}
-
-/// A file under `shared/data` beside the project, or `None`, saying so, where it is absent.
-pub fn shared(path: &str) -> Option<PathBuf> {
-    let file = root().join("../shared/data").join(path);
-    if file.exists() {
-        return Some(file);
-    }
-    skipped(&format!("{path} is not here"));
-    None
 }
 
 /// Says that a test cannot be made here.

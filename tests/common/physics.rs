@@ -5,7 +5,7 @@ use bhs_core::integrator::Ray;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{N_LAMBDA, SampledWavelengths};
 use bhs_core::stats::TraceLog;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// `sqrt(1 - rs/r)` with r in units of rs: the clock of a static observer at r over one far away.
 pub fn lapse(r: f64) -> f64 {
@@ -73,11 +73,6 @@ pub fn directions(n: u32) -> impl Iterator<Item = DVec3> {
         let s = (1.0 - z * z).sqrt();
         DVec3::new(s * cos, s * sin, z)
     })
-}
-
-/// Point `i` of the additive recurrence in two dimensions (Roberts 2018), with the given offset.
-pub fn lattice(i: u32, offset: DVec2) -> DVec2 {
-    (offset + DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3) * f64::from(i)).fract_gl()
 }
 
 /// Sine of the angle from the hole at which a static observer at `r` (in rs) sees the shadow's edge (Synge 1966).

@@ -96,7 +96,10 @@ impl Folder {
 }
 
 /// The program under way; killed when it is let go.
-pub struct Running(Child, Option<ChildStdin>);
+pub struct Running(
+    Child,
+    #[expect(dead_code, reason = "the program waits for input as long as this is open")] Option<ChildStdin>,
+);
 
 impl Running {
     /// Waits until a file is there.
