@@ -61,7 +61,7 @@ impl<'p> FalseColor<'p> {
         match self.picture.layer {
             l if l.channels().len() == 1 => viridis(share(0)),
             // Reflectances are light; the others are numbers.
-            Layer::Albedo => std::array::from_fn(|c| byte(f64::from(bhs_films::cie::srgb_encode(share(c) as f32)))),
+            Layer::Albedo => std::array::from_fn(|c| byte(f64::from(bhs_colour::srgb_encode(share(c) as f32)))),
             _ => std::array::from_fn(|c| byte(share(c))),
         }
     }

@@ -184,15 +184,15 @@ def mitsuba_scene(mi, shapes, camera, maxdepth, film, rr_depth=100_000):
 
 # -------------------------------------------------------------------------------------------------------------- rendering
 
-# Linear sRGB of CIE XYZ (IEC 61966-2-1, as in Mitsuba and in plugins/films).
-SRGB_FROM_XYZ = np.array([[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]])
+# Linear sRGB of CIE XYZ (the primaries of IEC 61966-2-1 and the white of the table of D65, as in plugins/colour).
+SRGB_FROM_XYZ = np.array([[3.240444, -1.537134, -0.498530], [-0.969267, 1.876012, 0.041556], [0.055644, -0.204026, 1.057227]])
 
 
 class SameObserver:
     """Mitsuba records X, Y and Z through the colour-matching functions that bhs has: the CIE's table in steps of 1 nm."""
 
     def __init__(self, mi, spectra):
-        rows = [line.split(",") for line in (spectra / "cie1931_2deg_1nm.csv").read_text().splitlines()]
+        rows = [line.split(",") for line in (ROOT / "plugins/colour/data/cie1931_2deg_1nm.csv").read_text().splitlines()]
         self.table = np.array([[float(x) for x in row] for row in rows if row[0].isdigit()])
         self.y_integral = self.table[:, 2].sum()
 

@@ -20,9 +20,10 @@ pub fn planck(temperature: f64, lambda_nm: f64) -> f64 {
 }
 
 /// Linear sRGB that a film of the range `lo..hi` (nm) records of `radiance`: trapezia of 1/`fine` nm over the CIE 1931 table,
-/// `XYZ = integral(L xyz-bar) / integral(y-bar)`, and the matrix of IEC 61966-2-1.
+/// `XYZ = integral(L xyz-bar) / integral(y-bar)`, and the matrix that Lindbloom publishes for sRGB
+/// and the D65 of ASTM E308.
 pub fn rgb_of(radiance: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], fine: u32) -> [f64; 3] {
-    let table = super::read("plugins/films/data/cie1931_2deg_1nm.csv");
+    let table = super::read("plugins/colour/data/cie1931_2deg_1nm.csv");
     let rows: Vec<[f64; 4]> = table
         .lines()
         .filter_map(|l| l.split(',').map(|w| w.parse().ok()).collect::<Option<Vec<f64>>>()?.try_into().ok())
@@ -42,9 +43,9 @@ pub fn rgb_of(radiance: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], fine: u32) -> [
     }
     let [x, g, z] = xyz.map(|v| v / y);
     [
-        3.240_479 * x - 1.537_150 * g - 0.498_535 * z,
-        -0.969_256 * x + 1.875_991 * g + 0.041_556 * z,
-        0.055_648 * x - 0.204_043 * g + 1.057_311 * z,
+        3.240_454_2 * x - 1.537_138_5 * g - 0.498_531_4 * z,
+        -0.969_266_0 * x + 1.876_010_8 * g + 0.041_556_0 * z,
+        0.055_643_4 * x - 0.204_025_9 * g + 1.057_225_2 * z,
     ]
 }
 

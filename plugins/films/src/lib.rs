@@ -1,7 +1,6 @@
-//! Films: from spectral samples to the numbers of a picture. One file, one plugin; `cie` holds the standard observer,
-//! `picture` what all films share.
+//! Films: from spectral samples to the numbers of a picture. One file, one plugin; `picture` holds what all films
+//! share.
 
-pub mod cie;
 mod picture;
 mod rgb;
 mod spectral;
@@ -14,5 +13,5 @@ pub const ALL: &[Plugin<dyn Film>] = &[rgb::PLUGIN, spectral::PLUGIN];
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["cie", "picture"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["picture"]);
 }

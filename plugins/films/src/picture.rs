@@ -1,6 +1,6 @@
 //! What all films share: size, crop and file, the range of wavelengths, linear sRGB, and how that is displayed.
 
-use crate::cie::{Observer, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
+use bhs_colour::{MatchingFunctions, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
 use bhs_core::diagnostics::{Diagnostic, Spanned};
 use bhs_core::layer::Layer;
 use bhs_core::params::Params;
@@ -39,7 +39,7 @@ pub(crate) struct Picture {
     pub filename: String,
     pub range: [f32; 2],
     pub layers: Vec<Layer>,
-    observer: Observer,
+    observer: MatchingFunctions,
     scale: f32,
     curve: ToneCurve,
 }
@@ -102,7 +102,7 @@ impl Picture {
             crop,
             filename,
             range: [lo, hi],
-            observer: Observer::cie_1931(),
+            observer: MatchingFunctions::cie_1931(),
             scale: 2f32.powf(exposure as f32),
             curve,
             layers,

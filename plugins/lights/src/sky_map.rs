@@ -3,6 +3,7 @@
 //! The picture is equirectangular, in a space of its own whose z axis points up: its top row is +z, its left edge +x, and it goes on
 //! towards +y. Pixels are patches of one radiance each, so that the density can be proportional to the radiance everywhere.
 
+use bhs_colour::{luminance, srgb_decode};
 use bhs_core::image::{Image, Texels};
 use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
 use glam::{DVec3, Vec2};
@@ -25,16 +26,6 @@ pub struct SkyMap {
     rows: Discrete,
     /// For each row, the share of its pixels up to and including those of each block.
     blocks: Vec<f32>,
-}
-
-/// Luminance of a linear sRGB colour.
-fn luminance([r, g, b]: [f32; 3]) -> f64 {
-    0.212_671 * f64::from(r) + 0.715_160 * f64::from(g) + 0.072_169 * f64::from(b)
-}
-
-/// The linear value of one encoded in sRGB, 0 to 1 (IEC 61966-2-1).
-fn srgb_decode(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 impl SkyMap {

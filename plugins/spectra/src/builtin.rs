@@ -18,8 +18,8 @@
 //! Material "conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k"
 //! ```
 
-use crate::colorimetry::{d65_points, rows};
 use crate::sellmeier::Sellmeier;
+use crate::tabulated::rows;
 use crate::tabulated::{Outside, Tabulated, name_and_outside};
 use crate::{Built, SpectrumPlugin, check_role};
 use bhs_core::diagnostics::{Diagnostic, did_you_mean};
@@ -106,7 +106,7 @@ fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
         Pairs(text) => rows(text).into_iter().map(|[l, v]| (l, v)).collect(),
         Eta(text) => rows(text).into_iter().map(|[l, n, _]| (l, n)).collect(),
         K(text) => rows(text).into_iter().map(|[l, _, k]| (l, k)).collect(),
-        D65 => d65_points(),
+        D65 => bhs_colour::d65(),
         Glass(_) | One => Vec::new(),
     };
     if !points.is_empty() {

@@ -73,8 +73,8 @@ pub fn d65() -> &'static dyn Spectrum {
 /// What the eye sees of a spectrum, relative to one that is 1 at all wavelengths: `integral(L ybar) / integral(ybar)`.
 pub fn luminance(spectrum: &dyn Spectrum) -> f64 {
     let (mut seen, mut total) = (0.0, 0.0);
-    for [lambda, _, y, _] in colorimetry::observer() {
-        seen += y * f64::from(spectrum.at(lambda as f32));
+    for [lambda, _, y, _] in bhs_colour::standard_observer() {
+        seen += y * f64::from(spectrum.at(*lambda as f32));
         total += y;
     }
     seen / total

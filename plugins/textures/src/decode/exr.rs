@@ -8,6 +8,7 @@
 use super::exr_layer::{Choice, Colours, Part, choose};
 use super::primaries::{Primaries, srgb_from};
 use super::{BRIGHTEST, check_size, texels};
+use bhs_colour::LUMINANCE;
 use bhs_core::image::{Image, Texels};
 use exr::block::chunk::CompressedBlock;
 use exr::block::reader::Reader;
@@ -18,7 +19,7 @@ use exr::meta::MetaData;
 use exr::meta::attribute::{Chromaticities, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::f16;
-use glam::{DVec2, Mat3, Vec3};
+use glam::{DVec2, DVec3, Mat3, Vec3};
 use std::io::Cursor;
 
 /// Most values (texels times channels) of [`read_all`].
@@ -335,7 +336,9 @@ fn primaries(c: Chromaticities) -> Primaries {
 
 /// Shares of red, green and blue in Y. Without an attribute those of Rec. 709.
 fn luminance_weights(chromaticities: Option<Chromaticities>) -> Vec3 {
-    chromaticities.and_then(|c| super::primaries::luminance_weights(primaries(c))).unwrap_or(Vec3::new(0.2126, 0.7152, 0.0722))
+    chromaticities
+        .and_then(|c| super::primaries::luminance_weights(primaries(c)))
+        .unwrap_or(DVec3::from_array(LUMINANCE).as_vec3())
 }
 
 /// Red, green and blue of Y, RY = (R - Y) / Y and BY = (B - Y) / Y (OpenEXR, "Luminance/Chroma Images").
