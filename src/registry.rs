@@ -8,13 +8,14 @@
 
 use crate::lang::description::Entity;
 use bhs_core::Plugin;
-use bhs_core::camera::{Camera, Film, Filter, ViewpointParams};
-use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
+use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
 use bhs_core::geometry::Shape;
 use bhs_core::integrator::Integrator;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
+use bhs_core::motion::Motion;
 use bhs_core::observer::Conventions;
 use bhs_core::params::{Context, Files, ParamInfo, Params, SpectrumSource};
 use bhs_core::sampling::Sampler;
@@ -108,6 +109,7 @@ kinds! {
     lights: Light(dyn Light) = "light", bhs_lights::ALL;
     area_lights: AreaLight(dyn AreaLight) = "area light", bhs_lights::AREA;
     spacetimes: Spacetime(dyn Spacetime) = "spacetime", bhs_spacetimes::ALL;
+    motions: Motion(dyn Motion) = "motion", bhs_motions::ALL;
     shapes: Shape(dyn Shape) = "shape", bhs_shapes::ALL;
 }
 
@@ -184,7 +186,7 @@ impl Registry {
             None if names.is_empty() => format!("there is no {}", T::WORD),
             None => format!("there is {}", names.join(", ")),
         };
-        Diagnostic::error("unknown-plugin", format!("unknown {} `{}`", T::WORD, crate::lang::parse::shorten(&name.value)))
+        Diagnostic::error("unknown-plugin", format!("unknown {} `{}`", T::WORD, shorten(&name.value)))
             .at(name.span, "")
             .help(help)
     }
@@ -200,18 +202,23 @@ impl Registry {
         let params = Params::new(Spanned::new(plugin.name.to_owned(), Span::default()), &[], context);
         // Only what it asks for counts here, not what it makes.
         drop((plugin.build)(&params));
-        directive_params(T::WORD, &params);
+        self.directive_params(T::WORD, &params);
         let (_, asked) = params.finish();
         PluginInfo { kind: T::WORD, name: plugin.name, summary: plugin.summary, params: asked }
     }
-}
 
-/// Asks for the parameters that the directives of a kind take besides those of its plugins.
-fn directive_params(kind: &str, params: &Params) {
-    match kind {
-        "spacetime" => drop(Conventions::read(params)),
-        "camera" => drop(ViewpointParams::read(params)),
-        _ => {}
+    /// Asks for the parameters that the directives of a kind take besides those of its plugins.
+    fn directive_params(&self, kind: &str, params: &Params) {
+        match kind {
+            "spacetime" => drop(Conventions::read(params)),
+            "camera" => drop(self.viewpoint(params)),
+            _ => {}
+        }
+    }
+
+    /// What the parameters of a camera's directive state of where it looks from; `None` if something is wrong with them.
+    pub fn viewpoint(&self, params: &Params) -> Option<Viewpoint> {
+        Viewpoint::read(params, &|name| self.find(&name.value).ok_or_else(|| Box::new(self.unknown::<dyn Motion>(name))))
     }
 }
 

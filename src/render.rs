@@ -37,7 +37,7 @@ pub struct Job<'a> {
     /// Where it is seen from.
     pub camera: &'a dyn Camera,
     /// How that stands there.
-    pub viewpoint: Viewpoint,
+    pub viewpoint: &'a Viewpoint,
     /// What records it.
     pub film: &'a dyn Film,
     /// Where samples of a pixel go.
@@ -54,7 +54,7 @@ impl<'a> Job<'a> {
         Self {
             scene: &built.scene,
             camera: &*built.camera,
-            viewpoint: built.viewpoint,
+            viewpoint: &built.viewpoint,
             film: &*built.film,
             filter: &*built.filter,
             sampler: &*built.sampler,

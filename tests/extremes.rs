@@ -118,6 +118,7 @@ fn scene_of(plugin: &PluginInfo, given: &str, parameter: &str) -> Option<String>
     Some(match plugin.kind {
         "integrator" => scene(&format!("Integrator \"{name}\" {given}"), hole, true, true),
         "light transport" => scene(&format!("LightTransport \"{name}\" {given}"), "", true, true),
+        "motion" => scene(&format!("Camera \"perspective\" \"string motion\" \"{name}\" {given}"), "", true, true),
         "camera" => scene(&format!("Camera \"{name}\" {given}"), "", true, true),
         "film" => {
             let size = needed(SIZE);
@@ -310,7 +311,7 @@ fn check(kinds: &[&str]) {
 
 #[test]
 fn methods_and_cameras() {
-    check(&["integrator", "light transport", "camera", "film", "filter", "sampler"]);
+    check(&["integrator", "light transport", "camera", "motion", "film", "filter", "sampler"]);
 }
 
 #[test]

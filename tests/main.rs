@@ -28,6 +28,7 @@ mod layers;
 mod lensing;
 mod limits;
 mod memory;
+mod motions;
 mod offsets;
 mod optics;
 mod outputs;

@@ -5,9 +5,9 @@ use crate::lang::coplanar;
 use crate::lang::has_errors;
 use crate::lang::instances::{ObjectPart, Placed};
 use crate::lang::overrides::Overrides;
-use crate::lang::spacetime::{Gravity, choose_integrator, in_render_space};
+use crate::lang::spacetime::{Gravity, choose_integrator};
 use crate::registry::Registry;
-use bhs_core::camera::{Camera, Viewpoint, ViewpointParams};
+use bhs_core::camera::{Camera, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
 use bhs_core::integrator::Integrator;
@@ -50,7 +50,7 @@ pub(super) struct PartCamera {
     /// Place of the plugin's name, if the scene has a camera.
     pub span: Option<Span>,
     pub camera: Option<Box<dyn Camera>>,
-    pub viewpoint: ViewpointParams,
+    pub viewpoint: Viewpoint,
 }
 
 /// A light that is no surface.
@@ -112,7 +112,7 @@ pub(super) fn assemble(
         // Where a camera is missing, it may be for another fault.
         let unknown = overrides.without_camera || (span.is_none() && has_errors(found));
         if let (Some(camera), Some(gravity), false) = (camera, &gravity, unknown) {
-            gravity.check_camera(camera.as_ref(), viewpoint.side, *span, found);
+            gravity.check_camera(camera.as_ref(), viewpoint, *span, found);
         }
     }
     if !has_far_side {
@@ -238,7 +238,6 @@ pub(super) fn assemble(
     for PartCamera { name, camera, viewpoint, .. } in cameras {
         let camera = camera?;
         let footprints = footprints(&world.bounds_of_both_sides(), camera.as_ref());
-        let viewpoint = Viewpoint { side: viewpoint.side, velocity: in_render_space(viewpoint.velocity, camera.as_ref()) };
         further_views.push_back(View { name, camera, viewpoint, footprints });
     }
     let view = further_views.pop_front()?;

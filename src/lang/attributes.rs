@@ -1,9 +1,8 @@
 //! `Attribute "shape" ...`: parameters for all directives of a kind that follow, where these do not state them themselves.
 
 use crate::lang::description::SceneDescription;
-use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, Resolver};
-use bhs_core::diagnostics::{Diagnostic, did_you_mean};
+use bhs_core::diagnostics::{Diagnostic, did_you_mean, shorten};
 use bhs_core::params::DefaultParams;
 use bhs_core::value::Param;
 use rpds::RedBlackTreeMapSync;

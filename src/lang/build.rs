@@ -13,7 +13,7 @@ use crate::lang::source::SourceMap;
 use crate::lang::spacetime::build_spacetime;
 use crate::memory::{self, TooLarge};
 use crate::registry::{Kind, Registry, bare_context};
-use bhs_core::camera::{Camera, Film, Filter, Viewpoint, ViewpointParams};
+use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
 use bhs_core::integrator::Integrator;
@@ -168,7 +168,7 @@ pub fn build(
             .cameras
             .iter()
             .map(|c| {
-                let read = ViewpointParams::read;
+                let read = |p: &Params| registry.viewpoint(p);
                 let (camera, viewpoint) = create_with::<dyn Camera, _>(&c.entity, registry, context, &mut found, read);
                 PartCamera {
                     name: c.name.as_ref().map(|n| n.value.clone()),

@@ -4,9 +4,9 @@
 
 use crate::lang::description::{Entity, MaterialEntity, SceneDescription, TextureEntity};
 use crate::lang::errors::{ErrorCount, Suggestions};
-use crate::lang::parse::{MAX_ERRORS, shorten};
+use crate::lang::parse::MAX_ERRORS;
 use crate::registry::{Kind, Registry};
-use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned, shorten};
 use bhs_core::image::Image;
 use bhs_core::material::{BsdfSample, Material, Shading};
 use bhs_core::params::Context;

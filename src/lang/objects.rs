@@ -1,9 +1,8 @@
 //! `ObjectBegin`, `ObjectEnd`, `ObjectInstance`: shapes that are kept once and stand in many places.
 
 use crate::lang::description::{InstanceEntity, ObjectEntity};
-use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, Resolver};
-use bhs_core::diagnostics::{Diagnostic, Span};
+use bhs_core::diagnostics::{Diagnostic, Span, shorten};
 use std::collections::BTreeMap;
 
 impl Resolver<'_> {

@@ -3,7 +3,7 @@
 //! Reading never stops: what is at fault is reported where it opens, left out, and the next directive is read.
 
 use crate::lang::ast::{Arg, Directive};
-use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
 use bhs_core::value::{Param, ParamType, Values};
 use grammar::{Grammar, Rule};
 use pest::Parser;
@@ -315,13 +315,5 @@ fn example(ty: ParamType) -> &'static str {
         ParamType::Point3 | ParamType::Vector3 | ParamType::Normal | ParamType::Rgb => "three numbers in brackets",
         ParamType::Spectrum => "a name or numbers in brackets",
         ParamType::Blackbody | ParamType::Tolman => "a temperature in kelvin",
-    }
-}
-
-/// `text`, cut if it is long.
-pub(crate) fn shorten(text: &str) -> String {
-    match text.char_indices().nth(40) {
-        Some((cut, _)) => format!("{}...", &text[..cut]),
-        None => text.to_owned(),
     }
 }

@@ -1,8 +1,7 @@
 //! The seed of a render, exact.
 
-use crate::lang::parse::shorten;
 use crate::lang::source::SourceMap;
-use bhs_core::diagnostics::Span;
+use bhs_core::diagnostics::{Span, shorten};
 use bhs_core::params::Params;
 
 /// The largest seed that a scene or a flag may give.

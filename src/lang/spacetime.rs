@@ -4,7 +4,7 @@ use crate::lang::build::create_with;
 use crate::lang::description::Entity;
 use crate::registry::{NoFiles, Registry, bare_context};
 use bhs_core::blackhole::BlackHole;
-use bhs_core::camera::Camera;
+use bhs_core::camera::{Camera, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::Integrator;
@@ -72,9 +72,11 @@ impl Gravity {
                 return None;
             }
         }
-        if !any {
-            return None;
-        }
+        any.then(|| self.refused(what))
+    }
+
+    /// What is said of something that can be at none of its places.
+    fn refused(&self, what: &str) -> Refusal {
         let radius = |radius: f64| format!("radius {radius}");
         let (code, message, label, within, smaller) = match self.spacetime.class() {
             Class::Spherical(hole) => {
@@ -88,14 +90,22 @@ impl Gravity {
             },
             _ => ("inside-horizon", "where nothing can stand still", String::new(), "there", "`rs`"),
         };
-        Some(Refusal { found: Diagnostic::error(code, format!("{what} {message}")), label, within, smaller })
+        Refusal { found: Diagnostic::error(code, format!("{what} {message}")), label, within, smaller }
     }
 
-    /// Nothing is seen from where nothing can stand.
-    pub fn check_camera(&self, camera: &dyn Camera, side: Side, span: Option<Span>, found: &mut Vec<Diagnostic>) {
+    /// Nothing is seen from where no camera can stand, or move as it says.
+    pub fn check_camera(&self, camera: &dyn Camera, viewpoint: &Viewpoint, span: Option<Span>, found: &mut Vec<Diagnostic>) {
         let nearest = self.center().map_or_else(|| camera.position(), |center| camera.nearest_origin(center));
-        let refusal = self.refusal("the camera stands", side, [nearest]);
-        let Some(Refusal { found: d, label, smaller, .. }) = refusal else { return };
+        let place = Place { x: nearest, side: viewpoint.side };
+        let at_rest = self.spacetime.at(place).map(|here| self.conventions.observer(&here));
+        let observer = match &viewpoint.motion {
+            Some(motion) => motion.observer(Some(self.spacetime.as_ref()), place, at_rest),
+            None => at_rest,
+        };
+        if observer.is_some() {
+            return;
+        }
+        let Refusal { found: d, label, smaller, .. } = self.refused("the camera stands");
         found.push(match span {
             Some(span) => d
                 .at(span, self.distance(nearest))
@@ -199,14 +209,6 @@ pub(super) fn choose_integrator(
         _ => {}
     }
     (name, Some(integrator))
-}
-
-/// A velocity along the axes of a camera, along those of render space. A mirrored camera mirrors it too.
-pub(super) fn in_render_space(velocity: DVec3, camera: &dyn Camera) -> DVec3 {
-    let Some(matrices) = camera.matrices().filter(|_| velocity != DVec3::ZERO) else { return velocity };
-    let to_render = matrices.camera_from_render.inverse().matrix3;
-    let axes = [to_render.x_axis, to_render.y_axis, to_render.z_axis].map(DVec3::normalize);
-    axes[0] * velocity.x + axes[1] * velocity.y + axes[2] * velocity.z
 }
 
 /// The point of a triangle nearest to `p` (Ericson 2004, "Real-Time Collision Detection", section 5.1.5).

@@ -1,9 +1,8 @@
 //! `Camera`: a scene has one, or several with names.
 
 use crate::lang::description::CameraEntity;
-use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, Resolver};
-use bhs_core::diagnostics::{Diagnostic, Spanned};
+use bhs_core::diagnostics::{Diagnostic, Spanned, shorten};
 use bhs_core::value::{ParamType, Values};
 use std::sync::Arc;
 

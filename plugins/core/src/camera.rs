@@ -1,10 +1,13 @@
 //! Cameras, filters and films: from a picture's pixels to rays, and back from radiance to pixels.
 
+use crate::diagnostics::shorten;
 use crate::layer::Layer;
-use crate::params::{Params, Vector3};
+use crate::motion::{FindMotion, Motion, read_motion};
+use crate::params::Params;
 use crate::spacetime::Side;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use glam::{DAffine3, DMat4, DVec2, DVec3, Vec2};
+use std::sync::Arc;
 
 /// A ray that a camera looks along. The direction is what the observer at the camera measures; the program turns it into
 /// the chart.
@@ -17,42 +20,28 @@ pub struct CameraRay {
 }
 
 /// On which side of a wormhole a camera is, and how it moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Viewpoint {
     /// The side; the near one in all other spacetimes.
     pub side: Side,
-    /// Velocity against the static observer, in the frame of that one along the axes of the chart (units of c, less than 1).
-    pub velocity: DVec3,
+    /// How it moves; `None`: at rest.
+    pub motion: Option<Arc<dyn Motion>>,
 }
 
-/// [`Viewpoint`] as a camera's directive states it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ViewpointParams {
-    /// The side.
-    pub side: Side,
-    /// Velocity against the static observer along the axes of camera space (units of c, less than 1).
-    pub velocity: DVec3,
-}
-
-impl ViewpointParams {
-    /// What the parameters of a camera's directive state; `None` if something is wrong with them.
-    pub fn read(p: &Params) -> Option<Self> {
+impl Viewpoint {
+    /// What the parameters of a camera's directive state; `None` if something is wrong with the side.
+    pub fn read(p: &Params, find: FindMotion) -> Option<Self> {
         let side = p.get("side", "near".to_owned(), "", "side of a wormhole on which the camera is: `near` or `far`");
-        let about = "velocity against the static observer, along right, up and ahead; less than 1";
-        let Vector3(velocity) = p.get("velocity", Vector3(DVec3::ZERO), "c", about);
+        let motion = read_motion(p, find).map(Arc::from);
         let side = match side.as_str() {
             "near" => Side::Near,
             "far" => Side::Far,
             _ => {
-                p.reject("side", format!("unknown side `{side}`"), "expected `near` or `far`");
+                p.reject("side", format!("unknown side `{}`", shorten(&side)), "expected `near` or `far`");
                 return None;
             }
         };
-        if velocity.length_squared() >= 1.0 {
-            p.reject("velocity", "nothing is as fast as light", "its length is 1 or more");
-            return None;
-        }
-        Some(Self { side, velocity })
+        Some(Self { side, motion })
     }
 }
 

@@ -109,6 +109,14 @@ impl Diagnostic {
     }
 }
 
+/// `text`, cut if it is long.
+pub fn shorten(text: &str) -> String {
+    match text.char_indices().nth(40) {
+        Some((cut, _)) => format!("{}...", &text[..cut]),
+        None => text.to_owned(),
+    }
+}
+
 /// The candidate that `word` was probably meant to be, if one is close: optimal string alignment distance of at most a third
 /// of the word's length (and at least one), case ignored.
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

@@ -26,6 +26,7 @@ pub mod layer;
 pub mod light;
 pub mod light_sampling;
 pub mod material;
+pub mod motion;
 pub mod observer;
 pub mod params;
 pub mod path_log;

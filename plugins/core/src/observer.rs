@@ -9,6 +9,7 @@
 //! with `d` the static observer's unit direction that is *looked* in: the light moves along `-d`. Of light that a surface sends along `n`,
 //! `d = -n`.
 
+use crate::diagnostics::shorten;
 use crate::params::Params;
 use crate::spacetime::{Stationary, Stretch};
 use glam::DVec3;
@@ -63,7 +64,7 @@ impl Conventions {
             "static" => Some(FrameConvention::Static),
             "chart" => Some(FrameConvention::Chart),
             _ => {
-                p.reject("frame", format!("unknown frame `{frame}`"), "expected `static` or `chart`");
+                p.reject("frame", format!("unknown frame `{}`", shorten(&frame)), "expected `static` or `chart`");
                 None
             }
         };
@@ -71,7 +72,7 @@ impl Conventions {
             "full" => Some(true),
             "shift-only" => Some(false),
             _ => {
-                p.reject("radiance", format!("unknown radiance `{radiance}`"), "expected `full` or `shift-only`");
+                p.reject("radiance", format!("unknown radiance `{}`", shorten(&radiance)), "expected `full` or `shift-only`");
                 None
             }
         };

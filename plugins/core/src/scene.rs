@@ -5,6 +5,7 @@ use crate::integrator::{Integrator, Ray, SurfaceHit};
 use crate::light::{Emission, Light};
 use crate::light_sampling::Emitter;
 use crate::material::{Material, Shading};
+use crate::motion::Motion;
 use crate::observer::Observer;
 use crate::sampling::Discrete;
 use crate::spacetime::{Place, Side};
@@ -196,14 +197,21 @@ impl Scene {
         self.integrator.observer(&self.world, place)
     }
 
+    /// The observer who moves as `motion` says at `place` (render space), where `at_rest` is the static one.
+    #[cold]
+    fn moving_observer(&self, motion: &dyn Motion, place: Place, at_rest: Option<Observer>) -> Option<Observer> {
+        // Space is flat for an integrator that knows no gravity.
+        if self.bends() { self.world.moving_observer(motion, place, at_rest) } else { motion.observer(None, place, at_rest) }
+    }
+
     /// The ray along which an observer at `viewpoint` sees what `seen` shows, and the wavelength of its light there over that at E = 1; `None`, and
     /// the ray of flat space, where nothing can stand still.
     #[inline]
     pub fn camera_ray(&self, seen: &CameraRay, viewpoint: &Viewpoint) -> (Ray, Option<f64>) {
-        let Viewpoint { side, velocity } = *viewpoint;
+        let side = viewpoint.side;
         let mut observer = self.observer(Place { x: seen.origin, side });
-        if velocity != DVec3::ZERO {
-            observer = observer.map(|o| o.moving(velocity));
+        if let Some(motion) = &viewpoint.motion {
+            observer = self.moving_observer(motion.as_ref(), Place { x: seen.origin, side }, observer);
         }
         let (direction, ratio) = match &observer {
             Some(observer) => {

@@ -5,8 +5,9 @@ use crate::clearance::Clearance;
 use crate::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
 use crate::integrator::{Ray, SurfaceHit};
 use crate::intersector::{Ends, Intersector, Primitive, PrimitiveHit};
+use crate::motion::Motion;
 use crate::observer::{Conventions, Observer};
-use crate::spacetime::{Place, Side, Spacetime};
+use crate::spacetime::{Place, Side, Spacetime, Spherical};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -188,6 +189,17 @@ impl World {
             (Some(hole), _) => hole.observer(place.x),
             (None, Some(spacetime)) => spacetime.at(place).map(|here| self.conventions.observer(&here)),
             (None, None) => Some(Observer::FLAT),
+        }
+    }
+
+    /// The observer who moves as `motion` says at `place`, where `at_rest` is the static one.
+    pub fn moving_observer(&self, motion: &dyn Motion, place: Place, at_rest: Option<Observer>) -> Option<Observer> {
+        match (&self.hole, &self.spacetime) {
+            (Some(BlackHole { center, rs, .. }), _) => {
+                let hole = Spherical { center: *center, rs: *rs, charge_squared: 0.0 };
+                motion.observer(Some(&hole), place, at_rest)
+            }
+            (None, spacetime) => motion.observer(spacetime.as_deref(), place, at_rest),
         }
     }
 

@@ -2,9 +2,8 @@
 
 use crate::lang::attributes::Target;
 use crate::lang::description::{AreaLightEntity, Entity, MaterialEntity, ShapeEntity, TextureEntity};
-use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, CurrentMaterial, Resolver};
-use bhs_core::diagnostics::{Diagnostic, did_you_mean};
+use bhs_core::diagnostics::{Diagnostic, did_you_mean, shorten};
 use bhs_core::value::{Param, ParamType, Values};
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
 //! Directives that change the current transform or give it a name.
 
-use crate::lang::parse::shorten;
 use crate::lang::resolve::{Call, Resolver};
 use crate::lang::transform::{self, NotAffine};
+use bhs_core::diagnostics::shorten;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
 //! Values: numbers, texts, and lists of them, which are split by hand.
 
+use super::Lower;
 use super::grammar::Rule;
-use super::{Lower, shorten};
-use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned, shorten};
 use bhs_core::value::{ParamType, Values};
 use pest::iterators::Pair;
 
