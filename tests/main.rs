@@ -14,6 +14,7 @@ mod coplanar;
 mod corpus;
 mod curved;
 mod diagnostics;
+mod diagnostics_look;
 mod disk_faults;
 mod editor;
 mod extremes;

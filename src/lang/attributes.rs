@@ -1,7 +1,8 @@
 //! `Attribute "shape" ...`: parameters for all directives of a kind that follow, where these do not state them themselves.
 
+use crate::lang::call::Call;
 use crate::lang::description::SceneDescription;
-use crate::lang::resolve::{Call, Resolver};
+use crate::lang::resolve::Resolver;
 use bhs_core::diagnostics::{Diagnostic, did_you_mean, shorten};
 use bhs_core::params::DefaultParams;
 use bhs_core::value::Param;

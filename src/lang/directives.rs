@@ -3,7 +3,8 @@
 //! Those of the options and of the structure of a scene do their work here; `transforms` and `entities` have the others, but for those
 //! that have files of their own beside this one (`attributes`, `objects`, `views`).
 
-use crate::lang::resolve::{Call, MAX_ATTRIBUTE_DEPTH, Resolver};
+use crate::lang::call::Call;
+use crate::lang::resolve::{MAX_ATTRIBUTE_DEPTH, Resolver};
 use bhs_core::diagnostics::{Diagnostic, shorten};
 use bhs_core::spacetime::Side;
 use glam::DAffine3;

@@ -14,6 +14,7 @@ mod assemble;
 pub mod ast;
 pub mod attributes;
 pub mod build;
+mod call;
 mod coplanar;
 pub mod description;
 mod directives;

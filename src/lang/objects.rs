@@ -1,7 +1,8 @@
 //! `ObjectBegin`, `ObjectEnd`, `ObjectInstance`: shapes that are kept once and stand in many places.
 
+use crate::lang::call::Call;
 use crate::lang::description::{InstanceEntity, ObjectEntity};
-use crate::lang::resolve::{Call, Resolver};
+use crate::lang::resolve::Resolver;
 use bhs_core::diagnostics::{Diagnostic, Span, shorten};
 use std::collections::BTreeMap;
 

@@ -20,18 +20,17 @@
 #![allow(unsafe_code)] // a foreign interface; each block says why it is sound
 
 use crate::contacts::Contacts;
-use crate::exact::Exact;
-use crate::single::{Room, Scale, UNWRITTEN, clamp};
+use crate::crowds::{Crowds, Guarded, SinglePrecision};
+use crate::query::{Query, Surface, primitive_of};
+use crate::single::{Room, UNWRITTEN, clamp};
 use bhs_core::Plugin;
-use bhs_core::geometry::{Aabb, Analytic, Geometry, Segment, TriangleMesh};
+use bhs_core::geometry::{Aabb, Geometry, Segment, TriangleMesh};
 use bhs_core::instance::Object;
-use bhs_core::intersector::{Ends, Intersector, IntersectorBuilder, Primitive, PrimitiveHit, SHADOW_END};
+use bhs_core::intersector::{Intersector, IntersectorBuilder, Primitive, PrimitiveHit};
 use embree4_sys::*;
-use glam::{DAffine3, DVec3};
-use std::any::Any;
+use glam::DAffine3;
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char, c_void};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::ptr;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -60,14 +59,11 @@ impl IntersectorBuilder for Embree {
         let boxes: Vec<Option<Aabb>> = geometries.iter().map(|g| clamp(g.bounds())).collect();
         let room = Room::new(boxes.iter().flatten().fold(Aabb::EMPTY, |all, b| all.union(*b)));
 
-        let crowds = Contacts::find(geometries).map(|contacts| {
-            let exact = Exact::new(geometries, contacts.with_neighbours(geometries));
-            Crowds { contacts, exact, geometries: geometries.to_vec() }
-        });
+        let crowds = Crowds::find(geometries);
         let flags = if crowds.is_some() { FLAGS | RTCSceneFlags::FILTER_FUNCTION_IN_ARGUMENTS } else { FLAGS };
         let device = Device::new()?;
         let handle = Handle::scene(&device, flags);
-        let mut scene = Scene { scene: handle, surfaces: Vec::new(), meshes: Vec::new(), crowds, device, room };
+        let mut scene = Scene { scene: handle, surfaces: Vec::new(), meshes: Vec::new(), device, room };
         let objects: HashMap<*const Object, Handle> = crate::objects(geometries)
             .into_iter()
             .map(|(_, object)| (Arc::as_ptr(object), Handle::object(&scene.device, object, flags, &mut scene.meshes)))
@@ -95,7 +91,7 @@ impl IntersectorBuilder for Embree {
         }
         scene.scene.commit();
         scene.device.check()?;
-        Ok(Box::new(scene))
+        Ok(Box::new(Guarded { scene, crowds }))
     }
 }
 
@@ -254,16 +250,8 @@ struct Scene {
     scene: Handle,
     surfaces: Vec<Arc<Surface>>,
     meshes: Vec<Arc<TriangleMesh>>,
-    crowds: Option<Crowds>,
     device: Device,
     room: Room,
-}
-
-/// Where surfaces are close together, and what tells them apart there.
-struct Crowds {
-    contacts: Contacts,
-    exact: Exact,
-    geometries: Vec<Geometry>,
 }
 
 // SAFETY: the handles are not bound to a thread. Nothing changes a scene after it is committed, and Embree allows any number
@@ -279,74 +267,7 @@ struct RayHit {
     _room: [u32; 4],
 }
 
-/// The context of a query over more than meshes. Embree only looks at its beginning.
-#[repr(C)]
-struct Query<'a> {
-    /// The place of Embree's own context, which consists of instance numbers: two in 4.4, room for more.
-    ids: [u32; 8],
-    segment: &'a Segment,
-    scale: Scale,
-    /// Parameter of the nearest analytic surface so far, of the segment's end before.
-    nearest: f64,
-    /// Whose primitives are left out, because [`Exact`] looks at them.
-    without: Option<&'a Contacts>,
-    /// What a surface panicked with: unwinding must not reach Embree.
-    panic: Option<Box<dyn Any + Send>>,
-}
-
-const _: () = assert!(size_of::<RTCRayQueryContext>() <= size_of::<[u32; 8]>());
-
-impl Intersector for Scene {
-    fn closest(&self, segment: &Segment) -> Option<PrimitiveHit> {
-        let found = self.find(segment, None);
-        let Some(crowds) = &self.crowds else { return found };
-        if crowds.is_in_doubt(segment, found.as_ref()) { self.closest_exactly(crowds, segment, None) } else { found }
-    }
-
-    fn blocked(&self, segment: &Segment) -> bool {
-        self.find_any(segment, None) || self.slips_through(segment)
-    }
-
-    fn closest_from(&self, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
-        match &self.crowds {
-            Some(crowds) => self.closest_exactly(crowds, segment, leaving),
-            None => self.closest(segment),
-        }
-    }
-
-    fn blocked_between(&self, segment: &Segment, ends: Ends) -> bool {
-        if let Some(crowds) = &self.crowds {
-            let is_crowded = |p| crowds.contacts.involves(p) && crowds.contacts.is_crowded(segment.at(segment.t_max));
-            let end_is_crowded = || ends.target.is_some_and(is_crowded);
-            if ends.leaving.is_some() || end_is_crowded() {
-                return self.blocked_exactly(crowds, segment, ends);
-            }
-        }
-        self.blocked(&shortened(segment, ends))
-    }
-
-    fn is_crowded(&self, point: DVec3) -> bool {
-        self.crowds.as_ref().is_some_and(|crowds| crowds.contacts.is_crowded(point))
-    }
-}
-
-/// A segment without the part just before the primitive on which it ends, if it does.
-fn shortened(segment: &Segment, ends: Ends) -> Segment {
-    Segment { t_max: if ends.target.is_some() { SHADOW_END * segment.t_max } else { segment.t_max }, ..*segment }
-}
-
-impl Crowds {
-    /// Whether something else than what was `found` may come first: another surface near that or near the start, or one where surfaces meet at edges that
-    /// they do not share, between which single precision may have let the segment through.
-    #[inline]
-    fn is_in_doubt(&self, segment: &Segment, found: Option<&PrimitiveHit>) -> bool {
-        found.is_some_and(|hit| self.contacts.is_crowded(segment.at(hit.t)))
-            || self.contacts.is_crowded(segment.origin)
-            || self.contacts.may_slip_through(&Segment { t_max: found.map_or(segment.t_max, |hit| hit.t), ..*segment })
-    }
-}
-
-impl Scene {
+impl SinglePrecision for Scene {
     /// What Embree finds first, leaving out the primitives of `without`.
     #[inline(always)]
     fn find(&self, segment: &Segment, without: Option<&Contacts>) -> Option<PrimitiveHit> {
@@ -403,48 +324,6 @@ impl Scene {
         }
         ray.tfar == f32::NEG_INFINITY
     }
-
-    /// Whether a segment that Embree finds free is blocked where it may have slipped through between two surfaces.
-    #[inline]
-    fn slips_through(&self, segment: &Segment) -> bool {
-        let crowds = self.crowds.as_ref().filter(|crowds| crowds.contacts.may_slip_through(segment));
-        crowds.is_some_and(|crowds| self.blocked_exactly(crowds, segment, Ends::default()))
-    }
-
-    /// The first surface along a segment that passes where surfaces are close together, or leaves a primitive there.
-    #[cold]
-    fn closest_exactly(&self, crowds: &Crowds, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
-        let close = crowds.exact.closest(segment, leaving);
-        let t_max = close.map_or(segment.t_max, |hit| hit.t);
-        let others = Segment { t_max, ..self.off_surface(crowds, segment, leaving) };
-        let hit = self.find(&others, Some(&crowds.contacts)).or(close)?;
-        let primitive = Primitive { geometry: hit.geometry, primitive: hit.primitive };
-        let is_crowded = crowds.contacts.involves(primitive) && crowds.contacts.is_crowded(segment.at(hit.t));
-        Some(PrimitiveHit { is_crowded, ..hit })
-    }
-
-    /// Whether anything stands in such a segment's way.
-    #[cold]
-    fn blocked_exactly(&self, crowds: &Crowds, segment: &Segment, ends: Ends) -> bool {
-        let others = || shortened(&self.off_surface(crowds, segment, ends.leaving), ends);
-        crowds.exact.blocked(segment, ends) || self.find_any(&others(), Some(&crowds.contacts))
-    }
-
-    /// The segment moved off the primitive that it leaves: what is not in the zones is farther away than that.
-    fn off_surface(&self, crowds: &Crowds, segment: &Segment, leaving: Option<Primitive>) -> Segment {
-        let Some(Primitive { geometry, primitive }) = leaving else { return *segment };
-        let geometry = &crowds.geometries[geometry as usize];
-        let normal = geometry.normal(primitive, segment.origin);
-        let side = if normal.dot(segment.direction) < 0.0 { -normal } else { normal };
-        Segment { origin: segment.origin + side * geometry.step_off(primitive), ..*segment }
-    }
-}
-
-/// The numbers of a primitive that was hit. A mesh of an object has its number there, and the object that of its first mesh here.
-fn primitive_of(hit: &RTCHit) -> Primitive {
-    let [object] = hit.instID;
-    let geometry = if object == RTC_INVALID_GEOMETRY_ID { hit.geomID } else { object + hit.geomID };
-    Primitive { geometry, primitive: hit.primID }
 }
 
 /// Called by Embree, on the thread of a query, for each hit on a triangle of a query that leaves some out.
@@ -462,53 +341,6 @@ unsafe extern "C" fn leave_out(arguments: *const RTCFilterFunctionNArguments) {
 }
 
 // ---- Analytic surfaces ----
-
-/// An analytic surface as Embree's user geometry.
-struct Surface {
-    surface: Arc<dyn Analytic>,
-    bounds: RTCBounds,
-}
-
-impl<'a> Query<'a> {
-    fn new(segment: &'a Segment, scale: Scale, without: Option<&'a Contacts>) -> Self {
-        let ids = [RTC_INVALID_GEOMETRY_ID; 8];
-        Self { ids, segment, scale, nearest: segment.t_max, without, panic: None }
-    }
-
-    fn flags(&self) -> RTCRayQueryFlags {
-        match self.without {
-            Some(_) => RTCRayQueryFlags::INCOHERENT | RTCRayQueryFlags::INVOKE_ARGUMENT_FILTER,
-            None => RTCRayQueryFlags::INCOHERENT,
-        }
-    }
-
-    /// The parameter of the nearest analytic surface, after the query; goes on with a panic of a surface.
-    fn finish(self) -> f64 {
-        match self.panic {
-            Some(payload) => resume_unwind(payload),
-            None => self.nearest,
-        }
-    }
-
-    /// Whether an analytic surface is left out.
-    fn leaves_out(&self, geometry: u32) -> bool {
-        self.without.is_some_and(|contacts| contacts.involves(Primitive { geometry, primitive: 0 }))
-    }
-
-    /// Where the segment meets the surface before Embree's parameter `tfar`.
-    fn meet(&mut self, surface: &Surface, tfar: f32) -> Option<f64> {
-        let t_max = self.nearest.min(self.scale.t(tfar));
-        let segment = Segment { t_max, ..*self.segment };
-        let t = match catch_unwind(AssertUnwindSafe(|| surface.surface.intersect(&segment))) {
-            Ok(t) => t,
-            Err(payload) => {
-                self.panic = Some(payload);
-                None
-            }
-        };
-        t.filter(|t| segment.t_min < *t && *t < t_max)
-    }
-}
 
 /// Called by Embree, from any of its threads, when it builds a scene.
 unsafe extern "C" fn surface_bounds(arguments: *const RTCBoundsFunctionArguments) {

@@ -15,12 +15,18 @@ mod cells;
 #[cfg(feature = "embree")]
 mod contacts;
 #[cfg(feature = "embree")]
+mod crowds;
+#[cfg(feature = "embree")]
 pub mod embree;
 mod exact;
+#[cfg(feature = "embree")]
+mod query;
 pub mod reference;
 #[cfg(feature = "embree")]
 mod single;
 mod tree;
+#[cfg(feature = "embree")]
+mod zone;
 
 /// All intersectors; the first is the default.
 pub const ALL: &[Plugin<dyn IntersectorBuilder>] = &[
@@ -76,4 +82,4 @@ fn objects(geometries: &[Geometry]) -> Vec<(usize, &Arc<Object>)> {
 }
 
 #[cfg(all(test, feature = "embree"))]
-bhs_core::every_file_is_listed!([ALL], helpers: ["cells", "contacts", "exact", "single", "tree"]);
+bhs_core::every_file_is_listed!([ALL], helpers: ["cells", "contacts", "crowds", "exact", "query", "single", "tree", "zone"]);

@@ -1,6 +1,7 @@
 //! Directives that change the current transform or give it a name.
 
-use crate::lang::resolve::{Call, Resolver};
+use crate::lang::call::Call;
+use crate::lang::resolve::Resolver;
 use crate::lang::transform::{self, NotAffine};
 use bhs_core::diagnostics::shorten;
 use glam::{DAffine3, DVec3};
