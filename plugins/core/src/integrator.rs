@@ -3,9 +3,9 @@
 use crate::intersector::Primitive;
 use crate::observer::Observer;
 use crate::spacetime::{Place, Side, Spacetime};
-use crate::stats::TraceLog;
 use crate::world::World;
 use glam::{DVec2, DVec3};
+use std::ops::AddAssign;
 use std::sync::Arc;
 
 /// A ray of light followed from where it is seen towards where it comes from. Render space, chart direction.
@@ -71,18 +71,52 @@ pub enum Arrival {
     OutOfSteps,
 }
 
-/// What became of a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Traced {
-    /// Where it ended.
-    pub arrival: Arrival,
-    /// Angle that it swept around the hole (rad); 0 for a straight ray.
-    pub phi: f64,
+/// What it took to follow a ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
+    /// Steps of the integration.
+    pub steps: u32,
+    /// Segments that were put to the intersector.
+    pub queries: u32,
+    /// Stretches of free space that were passed over without one.
+    pub leaps: u32,
+    /// Chords outside of the scene's bounds, which were not put to it.
+    pub chords_skipped: u32,
 }
 
-/// A question of light sampling: whether anything stands between two points on a geodesic that joins them.
+impl AddAssign for Cost {
+    fn add_assign(&mut self, o: Self) {
+        self.steps = self.steps.saturating_add(o.steps);
+        self.queries = self.queries.saturating_add(o.queries);
+        self.leaps = self.leaps.saturating_add(o.leaps);
+        self.chords_skipped = self.chords_skipped.saturating_add(o.chords_skipped);
+    }
+}
+
+/// What became of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub struct RayEnd {
+    /// Where it ended.
+    pub arrival: Arrival,
+    /// Its parameter there, which tells the images of one point apart: the angle swept around a hole (rad) where orbits are plane, else what
+    /// grows along the ray; 0 for a straight ray.
+    pub swept: f64,
+    /// What that took.
+    pub cost: Cost,
+}
+
+impl RayEnd {
+    /// That of a ray which has not been followed.
+    pub const NONE: Self = Self {
+        arrival: Arrival::OutOfSteps,
+        swept: 0.0,
+        cost: Cost { steps: 0, queries: 0, leaps: 0, chords_skipped: 0 },
+    };
+}
+
+/// A ray of light sampling: does anything stand between two points on a geodesic that joins them?
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowRay {
     /// The ray that leaves `from` along the geodesic, which starts on the surface there or just off it.
     pub start: Ray,
     /// Where the geodesic begins, maybe on a surface.
@@ -142,15 +176,8 @@ pub trait Connections: Send + Sync {
     /// (rad) and had the direction `sky.0` on the side `sky.1`: what [`Connections::connect_sky`] says of the same one. `None` if it does not offer that
     /// one.
     fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), phi: f64) -> Option<f64>;
-    /// Whether nothing stands in the way.
-    fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool;
-    /// The same for each of `sights`, written to the places of `visible`: for integrators that look along several faster than along one after
-    /// the other.
-    fn visible_all(&self, world: &World, sights: &[Sight], visible: &mut [bool], log: &mut TraceLog) {
-        for (sight, visible) in sights.iter().zip(visible) {
-            *visible = self.visible(world, sight, log);
-        }
-    }
+    /// Whether something stands in the way of each of `shadow_rays`, written to the places of `occluded`; and what that took, all of them together.
+    fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost;
 }
 
 /// Follows light. One implementation, one plugin; any of them works in any scene.
@@ -163,24 +190,29 @@ pub trait Integrator: Send + Sync {
         Err("follows light around one uncharged hole that does not turn, or in flat space".to_owned())
     }
 
-    /// Follows `ray` to where it ends.
-    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival;
+    /// Follows each of `rays` and writes what became of it to its place in `ends`. What becomes of a ray does not depend on the others.
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]);
 
-    /// Follows each of `rays` and writes what became of it to its place in `traced`: for integrators that follow several rays faster than one
-    /// after the other. What becomes of a ray does not depend on the others.
-    fn trace_all(&self, world: &World, rays: &[Ray], traced: &mut [Traced], log: &mut TraceLog) {
-        for (ray, traced) in rays.iter().zip(traced) {
-            let arrival = self.trace(world, ray, log);
-            *traced = Traced { arrival, phi: log.phi };
-        }
+    /// Follows one ray: what becomes of it is to the bit what [`Integrator::trace_all`] says.
+    fn trace(&self, world: &World, ray: &Ray) -> RayEnd {
+        let mut end = RayEnd::NONE;
+        self.trace_all(world, std::slice::from_ref(ray), std::slice::from_mut(&mut end));
+        end
     }
 
-    /// Whether `ray` leaves the scene on the side `side`. Counts the questions to the intersector, but no geodesic: it is part of a path's own.
-    fn escapes(&self, world: &World, ray: &Ray, side: Side, log: &mut TraceLog) -> bool {
-        let mut own = TraceLog::default();
-        let arrival = self.trace(world, ray, &mut own);
-        log.counters.queries += own.counters.queries;
-        matches!(arrival, Arrival::Sky(_, on) if on == side)
+    /// The same, and the points of its way (render space): those between which it was put to the intersector, and as many where free space was
+    /// passed over.
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>);
+
+    /// Whether each of `rays` leaves the scene on the side `sides`, written to the places of `escaped`; and what that took, all of them together.
+    fn escape_all(&self, world: &World, rays: &[(Ray, Side)], escaped: &mut [bool]) -> Cost {
+        let mut cost = Cost::default();
+        for ((ray, side), escaped) in rays.iter().zip(escaped) {
+            let end = self.trace(world, ray);
+            cost += end.cost;
+            *escaped = matches!(end.arrival, Arrival::Sky(_, on) if on == *side);
+        }
+        cost
     }
 
     /// Who measures light at `place`: [`Observer::FLAT`] for an integrator that knows no gravity, the static observer

@@ -1,6 +1,6 @@
 //! What becomes of one path of light, for those who want to see it step by step.
 
-use crate::integrator::{Ray, Traced};
+use crate::integrator::{Ray, RayEnd};
 use crate::spectrum::{N_LAMBDA, SampledSpectrum};
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ pub enum PathEvent {
         /// From where.
         ray: Ray,
         /// To where.
-        end: Traced,
+        end: RayEnd,
         /// Weight of the light that it finds there.
         throughput: SampledSpectrum,
         /// The wavelengths that it has, at E = 1 (nm).

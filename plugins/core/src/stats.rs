@@ -1,7 +1,7 @@
 //! What is counted while light is traced.
 
+use crate::integrator::{Arrival, Cost, RayEnd};
 use crate::path_log::PathEvent;
-use glam::DVec3;
 use std::ops::AddAssign;
 
 /// Declares [`Counters`]: each count is written down once, and is added up, saved and restored from there.
@@ -76,28 +76,46 @@ counters! {
     not_finite,
 }
 
-/// What tracing leaves behind besides its result.
+impl Counters {
+    /// Counts a ray that has been followed.
+    #[inline]
+    pub fn add_ray(&mut self, end: &RayEnd) {
+        self.geodesics += 1;
+        let ended = match end.arrival {
+            Arrival::Surface(_) => &mut self.hit,
+            Arrival::Sky(..) => &mut self.escaped,
+            Arrival::Hole => &mut self.captured,
+            Arrival::OutOfSteps => &mut self.out_of_steps,
+        };
+        *ended += 1;
+        self.steps += u64::from(end.cost.steps);
+        self.add_queries(end.cost);
+    }
+
+    /// Counts what it took to find out what stands in the way of shadow rays: their steps are none of a path's rays.
+    pub fn add_shadow_rays(&mut self, cost: Cost) {
+        self.connection_queries += u64::from(cost.queries);
+        self.add_queries(cost);
+    }
+
+    #[inline]
+    fn add_queries(&mut self, cost: Cost) {
+        self.queries += u64::from(cost.queries);
+        self.leaps += u64::from(cost.leaps);
+        self.chords_skipped += u64::from(cost.chords_skipped);
+    }
+}
+
+/// What following paths leaves behind besides what they find.
 #[derive(Clone, Debug, Default)]
-pub struct TraceLog {
+pub struct PathLog {
     /// Counts, added to.
     pub counters: Counters,
-    /// Angle swept around the hole by the last ray that was traced (rad); 0 for straight rays.
-    pub phi: f64,
-    /// The points of the polyline that is traced, render space, if somebody wants them.
-    pub polyline: Option<Vec<DVec3>>,
     /// What happens to a path that is followed alone, if somebody wants to know.
     pub path: Option<Vec<PathEvent>>,
 }
 
-impl TraceLog {
-    /// Notes a point of the polyline, if wanted.
-    #[inline]
-    pub fn point(&mut self, p: DVec3) {
-        if let Some(polyline) = &mut self.polyline {
-            polyline.push(p);
-        }
-    }
-
+impl PathLog {
     /// Notes what happens to a path, if wanted.
     #[inline]
     pub fn note(&mut self, event: impl FnOnce() -> PathEvent) {

@@ -1,10 +1,10 @@
 //! Light transport: what pbrt calls an integrator.
 
-use crate::integrator::Ray;
+use crate::integrator::{Ray, RayEnd};
 use crate::sampling::SampleStream;
 use crate::scene::Scene;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::stats::TraceLog;
+use crate::stats::PathLog;
 
 /// A path of light to be followed: what it begins with, and what it finds.
 pub struct PathSample<'a> {
@@ -16,6 +16,16 @@ pub struct PathSample<'a> {
     pub stream: SampleStream<'a>,
     /// Spectral radiance seen, at E = 1: written by the transport.
     pub radiance: SampledSpectrum,
+    /// What became of `ray`: written by the transport, for the picture's layers.
+    pub first: RayEnd,
+}
+
+impl<'a> PathSample<'a> {
+    /// A path that has not been followed.
+    #[inline]
+    pub fn new(ray: Ray, lambda: SampledWavelengths, stream: SampleStream<'a>) -> Self {
+        Self { ray, lambda, stream, radiance: SampledSpectrum::ZERO, first: RayEnd::NONE }
+    }
 }
 
 /// Paths that are followed together at most.
@@ -23,22 +33,16 @@ pub const BATCH: usize = 64;
 
 /// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.
 pub trait LightTransport: Send + Sync {
-    /// Spectral radiance that arrives along `ray` (chart), at the wavelengths `lambda` at E = 1 and as it is there. What only the first of them
-    /// brings, after dispersion, is in the first place, and counts for the others too.
-    fn radiance(
-        &self,
-        scene: &Scene,
-        ray: Ray,
-        lambda: &SampledWavelengths,
-        stream: &mut SampleStream,
-        log: &mut TraceLog,
-    ) -> SampledSpectrum;
+    /// Follows `path`: writes what it finds, the spectral radiance that arrives along its ray, to its `radiance`, and what became of the ray
+    /// itself to its `first`. What only the first of its wavelengths brings, after dispersion, is in the first place, and counts for the others
+    /// too.
+    fn follow(&self, scene: &Scene, path: &mut PathSample, log: &mut PathLog);
 
-    /// The same for each of `paths`, with its own ray, wavelengths and numbers; the result is its `radiance`. For transports that follow several
-    /// paths faster than one after the other. What a path finds does not depend on the others.
-    fn radiance_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
+    /// The same for each of `paths`: for transports that follow several faster than one after the other. What a path finds does not depend on the
+    /// others.
+    fn follow_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
         for path in paths {
-            path.radiance = self.radiance(scene, path.ray, &path.lambda, &mut path.stream, log);
+            self.follow(scene, path, log);
         }
     }
 

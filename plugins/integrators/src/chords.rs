@@ -16,7 +16,7 @@ use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::{Aabb, Segment};
 use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::Primitive;
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 

@@ -7,7 +7,7 @@ use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::params::Params;
 use bhs_core::spacetime::Side;
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 
 /// A ray about to be followed.
@@ -26,7 +26,7 @@ impl<'w> Flight<'w> {
     /// Prepares to follow `ray`; or where it arrives, if that needs no orbit: without a hole, or inside of it.
     pub fn begin(world: &'w World, ray: &Ray, log: &mut TraceLog) -> Result<Self, Arrival> {
         let Some(hole) = world.hole.as_ref().filter(|h| h.rs > 0.0) else {
-            return Err(Straight.trace(world, ray, log));
+            return Err(Straight.trace(world, ray).arrival);
         };
         log.counters.geodesics += 1;
         log.phi = 0.0;

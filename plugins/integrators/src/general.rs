@@ -28,12 +28,12 @@ pub use path::{Advance, Fate, Paths, Surroundings};
 use crate::flight::Tolerance;
 use crate::in_spacetime::{InSpacetime, Method};
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
+use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
 use bhs_core::spacetime::{Place, Spacetime};
-use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
+use glam::DVec3;
 use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
@@ -62,12 +62,12 @@ impl Integrator for General {
         Ok(Box::new(*self))
     }
 
-    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        self.0.trace(world, ray, log)
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        self.0.trace_all(world, rays, ends);
     }
 
-    fn trace_all(&self, world: &World, rays: &[Ray], traced: &mut [Traced], log: &mut TraceLog) {
-        self.0.trace_all(world, rays, traced, log);
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        self.0.polyline(world, ray)
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {

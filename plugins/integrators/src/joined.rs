@@ -14,12 +14,12 @@ use crate::straight::Straight;
 use crate::taylor::TaylorOrbit;
 use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{ConnectionPair, Connections, Sight, SurfaceHit};
+use bhs_core::integrator::{ConnectionPair, Connections, Cost, ShadowRay, SurfaceHit};
 use bhs_core::intersector::{Ends, Primitive};
 use bhs_core::lanes::LANES;
 use bhs_core::params::Params;
 use bhs_core::spacetime::{Place, Side};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -99,10 +99,22 @@ impl Connections for Joined {
         }
     }
 
-    fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
-        let Sight { start, from: x, to: Place { x: y, .. }, target, connection } = *sight;
+    fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost {
+        let mut log = TraceLog::default();
+        for (ray, occluded) in shadow_rays.iter().zip(occluded) {
+            *occluded = !self.visible(world, ray, &mut log);
+        }
+        log.cost()
+    }
+}
+
+impl Joined {
+    fn visible(&self, world: &World, sight: &ShadowRay, log: &mut TraceLog) -> bool {
+        let ShadowRay { start, from: x, to: Place { x: y, .. }, target, connection } = *sight;
         let Some(hole) = hole(world).filter(|_| connection.phi > 0.0) else {
-            return Straight.visible(world, sight, log);
+            let mut occluded = [false];
+            log.counters.queries += Straight.occluded_all(world, std::slice::from_ref(sight), &mut occluded).queries;
+            return !occluded[0];
         };
         let course = self.course(world, hole, sight);
         let (plane, state) = OrbitPlane::of_ray(hole.center, x, connection.launch);
@@ -125,29 +137,6 @@ impl Connections for Joined {
         }
     }
 
-    fn visible_all(&self, world: &World, sights: &[Sight], visible: &mut [bool], log: &mut TraceLog) {
-        for (sights, visible) in sights.chunks(LANES).zip(visible.chunks_mut(LANES)) {
-            let Some(hole) = hole(world).filter(|_| sights.iter().all(|s| s.connection.phi > 0.0)) else {
-                for (sight, visible) in sights.iter().zip(visible) {
-                    *visible = self.visible(world, sight, log);
-                }
-                continue;
-            };
-            // Lanes without a sight repeat the last one.
-            let courses = std::array::from_fn(|i| self.course(world, hole, &sights[i.min(sights.len() - 1)]));
-            // What is counted of rays is not counted of these.
-            let counters = log.counters;
-            let ends = follow(world, hole, &courses, sights.len(), u64::MAX, log);
-            (log.counters.hit, log.counters.steps) = (counters.hit, counters.steps);
-            for ((sight, visible), (end, _)) in sights.iter().zip(visible).zip(ends) {
-                *visible = match end {
-                    End::Surface(hit) => is_end(&hit, sight.from, sight.to.x),
-                    End::Odd => self.visible(world, sight, log),
-                    End::There | End::Sky(_) | End::Hole | End::OutOfSteps => true,
-                };
-            }
-        }
-    }
 }
 
 /// Distance from the end within which a surface may be met that does not block a connection between `x` and `y` (scene units).
@@ -169,8 +158,8 @@ impl Joined {
     }
 
     /// What is followed to find out what stands in the way.
-    fn course(&self, world: &World, hole: &BlackHole, sight: &Sight) -> Course {
-        let Sight { start, from, to: Place { x: to, .. }, target, connection } = *sight;
+    fn course(&self, world: &World, hole: &BlackHole, sight: &ShadowRay) -> Course {
+        let ShadowRay { start, from, to: Place { x: to, .. }, target, connection } = *sight;
         let chord = match self.chord {
             Chord::Angle(angle) => angle,
             Chord::Tolerance(t) => chord_angle(hole.rs, t.distance(world, start.footprint)),

@@ -20,6 +20,7 @@ pub mod general;
 pub mod graded_index;
 mod in_spacetime;
 pub mod joined;
+pub mod log;
 mod micro_steps;
 mod packet;
 mod packet_hits;
@@ -60,5 +61,5 @@ pub const SHORT_NAMES: &[(&str, &str)] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "packet", "packet_hits", "packet_leaps",             "refine", "resolve"]);
+        helpers: ["chords", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "log", "packet", "packet_hits", "packet_leaps",             "refine", "resolve"]);
 }

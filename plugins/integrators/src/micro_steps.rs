@@ -24,7 +24,7 @@ use bhs_core::geometry::Segment;
 use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
 use bhs_core::intersector::PrimitiveHit;
 use bhs_core::spacetime::Side;
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 
 /// The entry of this file in the crate's list.

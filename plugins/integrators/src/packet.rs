@@ -12,7 +12,7 @@ use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::Aabb;
 use bhs_core::integrator::SurfaceHit;
 use bhs_core::lanes::{LANES, Lanes, Vectors, first, none, of_bits, pick, set_bits};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -149,7 +149,7 @@ impl Packet<'_> {
             if count == 0 {
                 return;
             }
-            log.counters.steps += count;
+            log.counters.steps += count as u32;
             let mut steps = Steps::from(self.rs, &start, error);
             let there = steps.limit(limit);
             let captured = underway & steps.captured(self.rs);

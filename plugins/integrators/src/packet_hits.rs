@@ -8,7 +8,7 @@ use bhs_core::geometry::Segment;
 use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::PrimitiveHit;
 use bhs_core::lanes::{LANES, Lanes, Vectors, none, of_bits, pick, set_bits};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::{DVec2, DVec3};
 

@@ -4,7 +4,7 @@ use crate::chords::{ROUNDING, WORTHWHILE};
 use crate::packet::Packet;
 use crate::spherical::packet_orbit::Steps;
 use bhs_core::lanes::{Lanes, none, pick};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 
 /// Longest leap through free space, in radians: the gap between it and its chord is not to be large beside free space.
 const LONGEST_LEAP: f64 = 0.8;
@@ -99,7 +99,7 @@ impl Packet<'_> {
         self.before = chord.or(self.before, leaped);
         self.last = to.or(&self.last, leaped);
         self.has_before |= leaped;
-        log.counters.leaps += u64::from(leaped.to_bitmask().count_ones());
+        log.counters.leaps += leaped.to_bitmask().count_ones();
         leaped
     }
 }

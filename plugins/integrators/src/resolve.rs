@@ -15,7 +15,7 @@ use crate::refine::{Facet, Meeting, on_facet, on_surface};
 use bhs_core::geometry::{Geometry, Segment};
 use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::PrimitiveHit;
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::Located;
 use glam::{DVec2, DVec3};
 

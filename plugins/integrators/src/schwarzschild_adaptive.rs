@@ -28,13 +28,14 @@ use crate::joined::{Chord, Joined, read_turns};
 use crate::packet::{Course, End, NOWHERE, follow};
 use crate::taylor::TaylorOrbit;
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
+use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, RayEnd};
 use bhs_core::lanes::LANES;
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
 use bhs_core::spacetime::{Place, Side, Spacetime};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
+use glam::DVec3;
 use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
@@ -73,13 +74,8 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     Some(Box::new(Adaptive { connections, joined, ..made }))
 }
 
-impl Integrator for Adaptive {
-    fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
-        let connections = if self.connections { GradedConnections::new(&**spacetime, self.tolerance) } else { None };
-        Ok(Box::new(InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps, connections }))
-    }
-
-    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
+impl Adaptive {
+    fn arrival(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
         let flight = match Flight::begin(world, ray, log) {
             Ok(flight) => flight,
             Err(arrival) => return arrival,
@@ -90,64 +86,29 @@ impl Integrator for Adaptive {
         flight.follow(orbit, chord, self.max_steps, log)
     }
 
-    fn trace_all(&self, world: &World, rays: &[Ray], traced: &mut [Traced], log: &mut TraceLog) {
-        let one = |ray: &Ray, log: &mut TraceLog| {
-            let arrival = self.trace(world, ray, log);
-            Traced { arrival, phi: log.phi }
-        };
-        let hole = world.hole.as_ref().filter(|h| h.rs > 0.0 && log.polyline.is_none());
-        let Some(hole) = hole else {
-            for (ray, traced) in rays.iter().zip(traced) {
-                *traced = one(ray, log);
-            }
-            return;
-        };
-        // Neighbours mostly have the same footprint.
-        let mut known = None;
-        let mut precision = |footprint: f64| match known {
-            Some((of, chord, error)) if of == footprint => (chord, error),
-            _ => {
-                let error = self.tolerance.relative(world, footprint, INTEGRATION);
-                let chord = self.tolerance.chord(world, hole, footprint, error);
-                known = Some((footprint, chord, error));
-                (chord, error)
-            }
-        };
-        for (rays, traced) in rays.chunks(LANES).zip(traced.chunks_mut(LANES)) {
-            // Lanes without a ray repeat the last one.
-            let courses = std::array::from_fn(|i| {
-                let ray = &rays[i.min(rays.len() - 1)];
-                let (chord, error) = precision(ray.footprint);
-                let Ray { origin, direction, leaving, .. } = *ray;
-                let is_exact = leaving.is_some();
-                Course { from: origin, direction, origin, chord, error, end: f64::INFINITY, target: NOWHERE, is_exact }
-            });
-            let ends = follow(world, hole, &courses, rays.len(), self.max_steps, log);
-            for ((ray, traced), (end, phi)) in rays.iter().zip(traced).zip(ends) {
-                let counters = &mut log.counters;
-                let arrival = match end {
-                    End::Odd => {
-                        *traced = one(ray, log);
-                        continue;
-                    }
-                    End::Surface(hit) => Arrival::Surface(hit),
-                    End::Sky(direction) => {
-                        counters.escaped += 1;
-                        Arrival::Sky(direction, Side::Near)
-                    }
-                    End::Hole => {
-                        counters.captured += 1;
-                        Arrival::Hole
-                    }
-                    End::There | End::OutOfSteps => {
-                        counters.out_of_steps += 1;
-                        Arrival::OutOfSteps
-                    }
-                };
-                counters.geodesics += 1;
-                *traced = Traced { arrival, phi };
-            }
+    fn follow_one(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> RayEnd {
+        let arrival = self.arrival(world, ray, log);
+        log.end(arrival)
+    }
+}
+
+impl Integrator for Adaptive {
+    fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+        let connections = if self.connections { GradedConnections::new(&**spacetime, self.tolerance) } else { None };
+        Ok(Box::new(InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps, connections }))
+    }
+
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        for (ray, end) in rays.iter().zip(ends) {
+            let mut log = TraceLog::default();
+            *end = self.follow_one(world, ray, &mut log);
         }
+    }
+
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        let mut log = TraceLog { polyline: Some(Vec::new()), ..TraceLog::default() };
+        let end = self.follow_one(world, ray, &mut log);
+        (end, log.polyline.unwrap_or_default())
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {

@@ -23,12 +23,13 @@ use crate::flight::{Flight, Tolerance};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::straight::Straight;
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
+use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
 use bhs_core::spacetime::{Class, Place, Spacetime};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
+use glam::DVec3;
 use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
@@ -59,6 +60,23 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     Some(Box::new(Exact { joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
 }
 
+impl Exact {
+    fn arrival(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
+        let flight = match Flight::begin(world, ray, log) {
+            Ok(flight) => flight,
+            Err(arrival) => return arrival,
+        };
+        let form = ClosedForm::new(flight.hole.rs, flight.start.u, flight.start.du);
+        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, 0.0);
+        flight.follow(ExactOrbit::new(&form), chord, self.max_steps, log)
+    }
+
+    fn follow_one(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> RayEnd {
+        let arrival = self.arrival(world, ray, log);
+        log.end(arrival)
+    }
+}
+
 impl Integrator for Exact {
     fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
         match spacetime.class() {
@@ -70,14 +88,17 @@ impl Integrator for Exact {
         }
     }
 
-    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        let flight = match Flight::begin(world, ray, log) {
-            Ok(flight) => flight,
-            Err(arrival) => return arrival,
-        };
-        let form = ClosedForm::new(flight.hole.rs, flight.start.u, flight.start.du);
-        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, 0.0);
-        flight.follow(ExactOrbit::new(&form), chord, self.max_steps, log)
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        for (ray, end) in rays.iter().zip(ends) {
+            let mut log = TraceLog::default();
+            *end = self.follow_one(world, ray, &mut log);
+        }
+    }
+
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        let mut log = TraceLog { polyline: Some(Vec::new()), ..TraceLog::default() };
+        let end = self.follow_one(world, ray, &mut log);
+        (end, log.polyline.unwrap_or_default())
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {

@@ -27,12 +27,13 @@ use crate::micro_steps;
 use crate::orbit::Rk4Orbit;
 use crate::straight::Straight;
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
+use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
 use bhs_core::spacetime::{Class, Place, Spacetime};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
+use glam::DVec3;
 use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
@@ -98,6 +99,26 @@ pub(crate) fn build_micro_steps(p: &Params) -> Option<Box<dyn Integrator>> {
     Some(Box::new(Rk4 { hits: Hits::Chord, joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
 }
 
+impl Rk4 {
+    fn arrival(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
+        if self.hits == Hits::Chord {
+            return micro_steps::follow(world, ray, self.step, self.max_steps, log);
+        }
+        let flight = match Flight::begin(world, ray, log) {
+            Ok(flight) => flight,
+            Err(arrival) => return arrival,
+        };
+        // One chord a step.
+        let orbit = Rk4Orbit { hole: flight.hole.rs.into(), step: self.step, state: flight.start };
+        flight.follow(orbit, f64::INFINITY, self.max_steps, log)
+    }
+
+    fn follow_one(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> RayEnd {
+        let arrival = self.arrival(world, ray, log);
+        log.end(arrival)
+    }
+}
+
 impl Integrator for Rk4 {
     fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
         let of_chords = self.hits == Hits::Chord;
@@ -116,17 +137,17 @@ impl Integrator for Rk4 {
         }
     }
 
-    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        if self.hits == Hits::Chord {
-            return micro_steps::follow(world, ray, self.step, self.max_steps, log);
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        for (ray, end) in rays.iter().zip(ends) {
+            let mut log = TraceLog::default();
+            *end = self.follow_one(world, ray, &mut log);
         }
-        let flight = match Flight::begin(world, ray, log) {
-            Ok(flight) => flight,
-            Err(arrival) => return arrival,
-        };
-        // One chord a step.
-        let orbit = Rk4Orbit { hole: flight.hole.rs.into(), step: self.step, state: flight.start };
-        flight.follow(orbit, f64::INFINITY, self.max_steps, log)
+    }
+
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        let mut log = TraceLog { polyline: Some(Vec::new()), ..TraceLog::default() };
+        let end = self.follow_one(world, ray, &mut log);
+        (end, log.polyline.unwrap_or_default())
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {

@@ -11,11 +11,10 @@
 
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Integrator, Ray, Sight, SurfaceHit};
+use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Cost, Integrator, Ray, RayEnd, ShadowRay, SurfaceHit};
 use bhs_core::intersector::{Ends, SHADOW_END};
 use bhs_core::observer::Observer;
 use bhs_core::spacetime::{Place, Side, Spacetime};
-use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 use std::sync::Arc;
@@ -32,38 +31,28 @@ impl Integrator for Straight {
         Ok(Box::new(Self))
     }
 
-    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        log.counters.geodesics += 1;
-        log.counters.queries += 1;
-        log.phi = 0.0;
-        log.point(ray.origin);
-        let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
-        let hit = match ray.leaving {
-            _ if ray.side == Side::Far => world.half(Side::Far).and_then(|half| half.closest(&segment, ray.leaving)),
-            None => world.intersector.closest(&segment),
-            Some(_) => world.intersector.closest_from(&segment, ray.leaving),
-        };
-        let Some(hit) = hit else {
-            log.counters.escaped += 1;
-            return Arrival::Sky(ray.direction, ray.side);
-        };
-        log.counters.hit += 1;
-        let located = world.locate(&segment, &hit);
-        log.point(located.point);
-        Arrival::Surface(SurfaceHit {
-            point: located.point,
-            direction: ray.direction,
-            geometry: hit.geometry,
-            primitive: hit.primitive,
-            barycentric: located.barycentric,
-            is_crowded: hit.is_crowded,
-        })
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        let cost = Cost { queries: 1, ..Cost::default() };
+        for (ray, end) in rays.iter().zip(ends) {
+            *end = RayEnd { arrival: arrival(world, ray), swept: 0.0, cost };
+        }
     }
 
-    fn escapes(&self, world: &World, ray: &Ray, side: Side, log: &mut TraceLog) -> bool {
-        log.counters.queries += 1;
-        let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
-        ray.side == side && !blocked(world, side, &segment, Ends { leaving: ray.leaving, target: None })
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        let end = self.trace(world, ray);
+        let met = match end.arrival {
+            Arrival::Surface(hit) => Some(hit.point),
+            _ => None,
+        };
+        (end, std::iter::once(ray.origin).chain(met).collect())
+    }
+
+    fn escape_all(&self, world: &World, rays: &[(Ray, Side)], escaped: &mut [bool]) -> Cost {
+        for ((ray, side), escaped) in rays.iter().zip(escaped) {
+            let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
+            *escaped = ray.side == *side && !blocked(world, *side, &segment, Ends { leaving: ray.leaving, target: None });
+        }
+        Cost { queries: rays.len() as u32, ..Cost::default() }
     }
 
     fn observer(&self, _: &World, _: Place) -> Option<Observer> {
@@ -107,15 +96,38 @@ impl Connections for Straight {
         Some(1.0)
     }
 
-    fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
-        log.counters.queries += 1;
-        let origin = sight.start.origin;
-        let ends = Ends { leaving: sight.start.leaving, target: sight.target };
-        // What ends on no surface must not be blocked by one that happens to be there.
-        let t_max = if ends.target.is_some() { 1.0 } else { SHADOW_END };
-        let segment = Segment { origin, direction: sight.to.x - origin, t_min: 0.0, t_max };
-        sight.start.side == sight.to.side && !blocked(world, sight.to.side, &segment, ends)
+    fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost {
+        for (ray, occluded) in shadow_rays.iter().zip(occluded) {
+            let origin = ray.start.origin;
+            let ends = Ends { leaving: ray.start.leaving, target: ray.target };
+            // What ends on no surface must not be blocked by one that happens to be there.
+            let t_max = if ends.target.is_some() { 1.0 } else { SHADOW_END };
+            let segment = Segment { origin, direction: ray.to.x - origin, t_min: 0.0, t_max };
+            *occluded = ray.start.side != ray.to.side || blocked(world, ray.to.side, &segment, ends);
+        }
+        Cost { queries: shadow_rays.len() as u32, ..Cost::default() }
     }
+}
+
+/// Where a straight ray ends.
+#[inline]
+fn arrival(world: &World, ray: &Ray) -> Arrival {
+    let segment = Segment { origin: ray.origin, direction: ray.direction, t_min: 0.0, t_max: f64::INFINITY };
+    let hit = match ray.leaving {
+        _ if ray.side == Side::Far => world.half(Side::Far).and_then(|half| half.closest(&segment, ray.leaving)),
+        None => world.intersector.closest(&segment),
+        Some(_) => world.intersector.closest_from(&segment, ray.leaving),
+    };
+    let Some(hit) = hit else { return Arrival::Sky(ray.direction, ray.side) };
+    let located = world.locate(&segment, &hit);
+    Arrival::Surface(SurfaceHit {
+        point: located.point,
+        direction: ray.direction,
+        geometry: hit.geometry,
+        primitive: hit.primitive,
+        barycentric: located.barycentric,
+        is_crowded: hit.is_crowded,
+    })
 }
 
 /// Whether anything on `side` stands between the ends of a segment.

@@ -11,9 +11,9 @@ use crate::graded_index::connect_images::{Setting, is_near};
 use crate::graded_index::connect_newton::{Guess, Reached};
 use crate::graded_index::course;
 use crate::graded_index::sight::reaches_in;
-use bhs_core::integrator::{Connection, ConnectionPair, Connections, MOST_TURNS, Sight};
+use bhs_core::integrator::{Connection, ConnectionPair, Connections, Cost, MOST_TURNS, ShadowRay};
 use bhs_core::spacetime::{Class, Place, Side, Spacetime};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -117,19 +117,21 @@ impl Connections for GradedConnections {
         })
     }
 
-    fn visible(&self, world: &World, sight: &Sight, log: &mut TraceLog) -> bool {
-        let mut visible = [false];
-        self.visible_all(world, std::slice::from_ref(sight), &mut visible, log);
-        visible[0]
-    }
-
-    fn visible_all(&self, world: &World, sights: &[Sight], visible: &mut [bool], log: &mut TraceLog) {
-        let Some(spacetime) = world.spacetime.as_deref() else { return visible.fill(false) };
-        let Class::Index(index) = spacetime.class() else { return visible.fill(false) };
+    fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost {
+        let index = world.spacetime.as_deref().and_then(|spacetime| match spacetime.class() {
+            Class::Index(index) => Some((spacetime, index)),
+            _ => None,
+        });
+        let Some((spacetime, index)) = index else {
+            occluded.fill(true);
+            return Cost::default();
+        };
         let setting = course::Setting::new(world, spacetime, index);
-        for (sight, visible) in sights.iter().zip(visible) {
-            let tolerance = self.tolerance.distance(world, sight.start.footprint);
-            *visible = reaches_in(&setting, world, sight, (sight.connection.phi, tolerance), log);
+        let mut log = TraceLog::default();
+        for (ray, occluded) in shadow_rays.iter().zip(occluded) {
+            let tolerance = self.tolerance.distance(world, ray.start.footprint);
+            *occluded = !reaches_in(&setting, world, ray, (ray.connection.phi, tolerance), &mut log);
         }
+        log.cost()
     }
 }

@@ -3,10 +3,10 @@
 use crate::graded_index::course::Setting;
 use crate::tracing::driver::{End, Start, follow};
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::Sight;
+use bhs_core::integrator::ShadowRay;
 use bhs_core::intersector::Ends;
 use bhs_core::spacetime::Class;
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -24,7 +24,7 @@ const MOST_STEPS: u64 = 100_000;
 /// stray from the ray by at most `tolerance` (scene units). `false` in spacetimes that have no refractive index.
 ///
 /// Makes what is told of the world anew: [`reaches_in`] is for several sights.
-pub fn reaches(world: &World, sight: &Sight, sigma_end: f64, tolerance: f64, log: &mut TraceLog) -> bool {
+pub fn reaches(world: &World, sight: &ShadowRay, sigma_end: f64, tolerance: f64, log: &mut TraceLog) -> bool {
     let Some(spacetime) = world.spacetime.as_deref() else { return false };
     let Class::Index(index) = spacetime.class() else { return false };
     reaches_in(&Setting::new(world, spacetime, index), world, sight, (sigma_end, tolerance), log)
@@ -34,11 +34,11 @@ pub fn reaches(world: &World, sight: &Sight, sigma_end: f64, tolerance: f64, log
 pub fn reaches_in(
     setting: &Setting<'_>,
     world: &World,
-    sight: &Sight,
+    sight: &ShadowRay,
     (sigma_end, tolerance): (f64, f64),
     log: &mut TraceLog,
 ) -> bool {
-    let Sight { start, from, to, target, connection } = *sight;
+    let ShadowRay { start, from, to, target, connection } = *sight;
     let close = SHADOW_END * to.x.abs().max_element().max(from.abs().max_element());
     let n = setting.medium.at::<f64>(to.x.into()).0.sqrt();
     let gap = tolerance;

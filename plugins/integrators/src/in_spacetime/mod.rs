@@ -9,11 +9,12 @@ use crate::spherical::course::Ray as Orbit;
 use crate::straight::Straight;
 use crate::tracing::driver::{Course, End, Start, follow};
 use crate::tracing::extent::{Extent, Precision};
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, Traced};
+use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
 use bhs_core::spacetime::{Class, Place, Spacetime, Spherical};
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
+use glam::DVec3;
 
 /// How rays are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +82,7 @@ impl InSpacetime {
     /// Follows `ray`: where it ends, and its parameter there.
     fn trace_in(&self, setup: &Setup<'_>, world: &World, ray: &Ray, log: &mut TraceLog) -> (Arrival, f64) {
         if matches!(setup, Setup::Straight) {
-            return (Straight.trace(world, ray, log), log.phi);
+            return (Straight.trace(world, ray).arrival, 0.0);
         }
         log.counters.geodesics += 1;
         let place = Place { x: ray.origin, side: ray.side };
@@ -144,17 +145,20 @@ impl InSpacetime {
 const RUNGE_KUTTA_ERROR: f64 = 1e-6;
 
 impl Integrator for InSpacetime {
-    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        self.with_setup(world, |setup| self.trace_in(setup, world, ray, log).0)
-    }
-
-    fn trace_all(&self, world: &World, rays: &[Ray], traced: &mut [Traced], log: &mut TraceLog) {
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.with_setup(world, |setup| {
-            for (ray, traced) in rays.iter().zip(traced) {
-                let (arrival, phi) = self.trace_in(setup, world, ray, log);
-                *traced = Traced { arrival, phi };
+            for (ray, end) in rays.iter().zip(ends) {
+                let mut log = TraceLog::default();
+                let (arrival, _) = self.trace_in(setup, world, ray, &mut log);
+                *end = log.end(arrival);
             }
         });
+    }
+
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        let mut log = TraceLog { polyline: Some(Vec::new()), ..TraceLog::default() };
+        let (arrival, _) = self.with_setup(world, |setup| self.trace_in(setup, world, ray, &mut log));
+        (log.end(arrival), log.polyline.unwrap_or_default())
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {

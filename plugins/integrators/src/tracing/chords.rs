@@ -14,7 +14,7 @@ use bhs_core::geometry::{Aabb, Geometry, Segment};
 use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::{Primitive, PrimitiveHit};
 use bhs_core::spacetime::Side;
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::{Half, Located, World};
 use glam::{DVec2, DVec3};
 

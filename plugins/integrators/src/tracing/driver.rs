@@ -5,7 +5,7 @@ use crate::tracing::chords::Chords;
 use bhs_core::integrator::{Arrival, SurfaceHit};
 use bhs_core::intersector::Primitive;
 use bhs_core::spacetime::Side;
-use bhs_core::stats::TraceLog;
+use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 
