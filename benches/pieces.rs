@@ -12,7 +12,6 @@ use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::material::Material;
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
 use bhs_core::spectrum::{SampledWavelengths, SpectrumRole};
-use bhs_core::stats::TraceLog;
 use bhs_core::value::{Param, ParamType, Values};
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::flight::Tolerance;
@@ -81,7 +80,7 @@ fn chords(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(rays.len() as u64));
     for (name, integrator) in &integrators {
         group.bench_function(*name, |b| {
-            b.iter(|| rays.iter().filter(|ray| integrator.trace(world, ray, &mut TraceLog::default()) == Arrival::Hole).count())
+            b.iter(|| rays.iter().filter(|ray| integrator.trace(world, ray).arrival == Arrival::Hole).count())
         });
     }
     group.finish();
@@ -164,12 +163,11 @@ fn materials(criterion: &mut Criterion) {
             "WorldBegin\nLightSource \"infinite\"\nTranslate 0 0 3\nMaterial \"{name}\" {parameters}\nShape \"sphere\"\n"
         );
         let built = build(&scene);
-        let hits = camera_rays(&built, 16 * MANY).into_iter().filter_map(|ray| {
-            match Straight.trace(&built.scene.world, &ray, &mut TraceLog::default()) {
+        let hits =
+            camera_rays(&built, 16 * MANY).into_iter().filter_map(|ray| match Straight.trace(&built.scene.world, &ray).arrival {
                 Arrival::Surface(hit) => Some(hit),
                 _ => None,
-            }
-        });
+            });
         let lambda = wavelengths();
         let vertices: Vec<_> = hits.zip(&lambda).filter_map(|(hit, lambda)| built.scene.vertex(hit, lambda)).take(MANY).collect();
         let numbers: Vec<_> = (0..vertices.len() as u32)

@@ -1,16 +1,17 @@
-//! The values of a picture's layers: a camera ray is followed once more, apart from what the light transport does with it.
+//! The values of a picture's layers: of what the light transport has seen of each camera ray ([`PathSample::first`]); no ray is followed for
+//! them.
 //!
-//! Transports know nothing of it, and a picture without layers pays nothing for it. Where nothing bends light (no hole, or an
+//! Where nothing bends light (no hole, or an
 //! integrator of straight rays) the lengths and angles of the orbit are 0, and `g` is 1.
 
 use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Film;
-use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
+use bhs_core::integrator::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::layer::Layer;
 use bhs_core::material::Shading;
 use bhs_core::scene::{Scene, Vertex};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
-use bhs_core::stats::TraceLog;
+use bhs_core::transport::PathSample;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -32,29 +33,23 @@ impl<'a> LayerCollector<'a> {
         of_rays.then(|| Self { scene, layers, albedo: AlbedoColor::new(film) })
     }
 
-    /// The values of all layers, in the film's order, for a camera ray; `None` for what this ray has no value of.
-    /// `camera_ratio`: wavelength where the ray starts over that at E = 1, as the camera measures it.
-    pub fn values(&self, ray: &Ray, camera_ratio: f64) -> impl Iterator<Item = Option<Value>> {
-        // A log of its own: the render's counts are those of the picture.
-        let mut log = TraceLog::default();
-        let arrival = self.scene.integrator.trace(&self.scene.world, ray, &mut log);
-        let queries = log.counters.queries;
-        let seen = Seen { scene: self.scene, ray: *ray, camera_ratio, arrival, phi: log.phi, queries };
+    /// The values of all layers, in the film's order, for the camera ray of a path that has been followed; `None` for what this ray has no
+    /// value of. `camera_ratio`: wavelength where the ray starts over that at E = 1, as the camera measures it.
+    pub fn values(&self, path: &PathSample, camera_ratio: f64) -> impl Iterator<Item = Option<Value>> {
+        let seen = VisibleSurface { scene: self.scene, ray: path.ray, camera_ratio, end: path.first };
         self.layers.iter().map(move |layer| seen.value(*layer, &self.albedo))
     }
 }
 
-/// A camera ray that has been followed.
-struct Seen<'s> {
+/// What a camera ray sees.
+struct VisibleSurface<'s> {
     scene: &'s Scene,
     ray: Ray,
     camera_ratio: f64,
-    arrival: Arrival,
-    phi: f64,
-    queries: u64,
+    end: RayEnd,
 }
 
-impl Seen<'_> {
+impl VisibleSurface<'_> {
     fn value(&self, layer: Layer, albedo: &AlbedoColor) -> Option<Value> {
         match layer {
             Layer::ImpactParameter if self.bends_otherwise() => None,
@@ -63,8 +58,8 @@ impl Seen<'_> {
             Layer::Winding => self.swept_angle().map(|phi| scalar(phi / TAU)),
             Layer::ClosestApproach => self.closest_approach().map(scalar),
             Layer::Redshift => self.redshift().map(scalar),
-            Layer::Queries => Some(scalar(self.queries as f64)),
-            Layer::Outcome => match self.arrival {
+            Layer::Queries => Some(scalar(f64::from(self.end.cost.queries))),
+            Layer::Outcome => match self.end.arrival {
                 Arrival::Surface(_) => Some([1.0, 0.0, 0.0]),
                 Arrival::Sky(..) => Some([0.0, 1.0, 0.0]),
                 Arrival::Hole => Some([0.0, 0.0, 1.0]),
@@ -78,7 +73,7 @@ impl Seen<'_> {
                 .hit()
                 .filter(|h| self.scene.world.side_of(h.geometry) == self.ray.side)
                 .map(|h| scalar((h.point - self.ray.origin).length())),
-            Layer::Side => match self.arrival {
+            Layer::Side => match self.end.arrival {
                 Arrival::Surface(hit) => Some(scalar(f64::from(self.scene.world.side_of(hit.geometry) as u8))),
                 Arrival::Sky(_, side) => Some(scalar(f64::from(side as u8))),
                 Arrival::Hole | Arrival::OutOfSteps => None,
@@ -90,7 +85,7 @@ impl Seen<'_> {
     }
 
     fn hit(&self) -> Option<&SurfaceHit> {
-        match &self.arrival {
+        match &self.end.arrival {
             Arrival::Surface(hit) => Some(hit),
             _ => None,
         }
@@ -112,11 +107,11 @@ impl Seen<'_> {
 
     /// Angle swept around the hole (rad).
     fn swept_angle(&self) -> Option<f64> {
-        match (self.hole(), self.arrival) {
+        match (self.hole(), self.end.arrival) {
             _ if self.bends_otherwise() => None,
             (None, _) => Some(0.0),
             (Some(_), Arrival::OutOfSteps) => None,
-            (Some(_), _) => Some(self.phi),
+            (Some(_), _) => Some(self.end.swept),
         }
     }
 
@@ -138,7 +133,7 @@ impl Seen<'_> {
         let Some(hole) = self.hole() else { return Some(0.0) };
         let outward = |point: DVec3, direction: DVec3| (point - hole.center).dot(direction) > 0.0;
         let start = (self.ray.origin - hole.center).length();
-        let (end, leaves) = match self.arrival {
+        let (end, leaves) = match self.end.arrival {
             Arrival::Surface(h) => ((h.point - hole.center).length(), outward(h.point, h.direction)),
             Arrival::Sky(..) => (f64::INFINITY, true),
             Arrival::Hole => return Some(hole.rs),
@@ -154,7 +149,7 @@ impl Seen<'_> {
 
     /// `g = nu_observed / nu_emitted`: the clock rate where the light comes from over that at the camera.
     fn redshift(&self) -> Option<f64> {
-        let emitted = match self.arrival {
+        let emitted = match self.end.arrival {
             Arrival::Surface(hit) => self.scene.observer(self.scene.world.place_of(&hit))?.ratio(hit.direction),
             Arrival::Sky(..) => 1.0,
             Arrival::Hole | Arrival::OutOfSteps => return None,

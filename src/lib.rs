@@ -27,7 +27,7 @@ pub mod registry;
 pub mod render;
 pub mod replay;
 pub mod report;
-mod sample;
+pub mod sample;
 pub mod signals;
 pub mod stats;
 pub mod trace;

@@ -20,12 +20,11 @@ use crate::sample::CameraSample;
 use crate::signals::{Signals, StopSignal};
 use arrayvec::ArrayVec;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
-use bhs_core::integrator::Ray;
 use bhs_core::layer::Layer;
 use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::scene::Scene;
 use bhs_core::spectrum::VisibleWavelengths;
-use bhs_core::stats::{Counters, TraceLog};
+use bhs_core::stats::{Counters, PathLog};
 use bhs_core::transport::{BATCH, LightTransport, PathSample};
 use std::sync::Arc;
 
@@ -138,7 +137,7 @@ impl TileWork<'_> {
     /// [`BATCH`] of samples.
     fn advance(&self, tile: &mut Tile, pause: impl Fn() -> bool) -> Counted {
         let Self { job, channels, .. } = *self;
-        let mut log = TraceLog::default();
+        let mut log = PathLog::default();
         let mut not_finite = FirstSamples::default();
         let [lo, hi] = job.film.lambda_range();
         let wavelengths = VisibleWavelengths::new(lo, hi);
@@ -157,12 +156,11 @@ impl TileWork<'_> {
                 seen.push(sample);
                 paths.push(path);
             }
-            let rays: ArrayVec<Ray, BATCH> = paths.iter().map(|p| p.ray).collect();
-            job.transport.radiance_all(job.scene, &mut paths, &mut log);
-            for ((seen, path), ray) in seen.iter().zip(&paths).zip(rays) {
+            job.transport.follow_all(job.scene, &mut paths, &mut log);
+            for (seen, path) in seen.iter().zip(&paths) {
                 let pixel = tile.index(seen.id.pixel);
                 if let Some(layers) = self.layers {
-                    tile.add_layers(pixel, job.film.layers(), layers.values(&ray, seen.camera_ratio()), f64::from(seen.weight));
+                    tile.add_layers(pixel, job.film.layers(), layers.values(path, seen.camera_ratio()), f64::from(seen.weight));
                 }
                 let sums = &mut tile.sums[pixel * channels..][..channels];
                 let before = wants_variance.then(|| color(sums));

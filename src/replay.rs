@@ -4,11 +4,11 @@ use crate::lang::{BuiltScene, Label, Labels, SourceMap};
 use crate::not_finite::SampleId;
 use crate::render::{Job, Wave};
 use crate::sample::CameraSample;
-use bhs_core::integrator::{Arrival, Ray, SurfaceHit, Traced};
+use bhs_core::integrator::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::path_log::{LightPlace, PathEvent};
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
-use bhs_core::stats::TraceLog;
+use bhs_core::stats::PathLog;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
@@ -41,8 +41,8 @@ pub fn follow(job: &Job, id: SampleId) -> Replayed {
     let [lo, hi] = job.film.lambda_range();
     let stream = SampleStream::of_wave(job.sampler, id.pixel, id.sample, wave);
     let (sample, mut path) = CameraSample::new(job, &VisibleWavelengths::new(lo, hi), id, stream);
-    let mut log = TraceLog { path: Some(Vec::new()), ..TraceLog::default() };
-    job.transport.radiance_all(job.scene, std::slice::from_mut(&mut path), &mut log);
+    let mut log = PathLog { path: Some(Vec::new()), ..PathLog::default() };
+    job.transport.follow_all(job.scene, std::slice::from_mut(&mut path), &mut log);
     let events = log.path.take().unwrap_or_default();
     let radiance = sample.received(job, path.radiance, &mut log);
     let mut channels = vec![0.0; job.film.channels().len()];
@@ -184,10 +184,10 @@ impl Writer<'_> {
     }
 
     /// Where a ray led.
-    fn end(&self, ray: &Ray, end: &Traced) -> Value {
+    fn end(&self, ray: &Ray, end: &RayEnd) -> Value {
         let mut vertex = json!({ "from": self.to_world(ray.origin), "departure": vector(ray.direction) });
-        if end.phi != 0.0 {
-            vertex["swept_angle"] = number(end.phi);
+        if end.swept != 0.0 {
+            vertex["swept_angle"] = number(end.swept);
         }
         vertex["outcome"] = json!(match end.arrival {
             Arrival::Surface(_) => "hit",
@@ -217,7 +217,7 @@ impl Writer<'_> {
         vertex["surface"] = named(self.labels.shape(shape, self.sources));
     }
 
-    /// A light that was looked for.
+    /// A sample of a light.
     fn light(&self, number: u32, place: LightPlace, radiance: SampledSpectrum, visible: bool) -> Value {
         let scene = &self.built.scene;
         let label = match scene.emitters.get(number as usize) {

@@ -1,15 +1,25 @@
-//! One sample of one pixel: its ray and wavelengths, and what the film receives of it.
+//! Camera rays; and one sample of one pixel: its ray and wavelengths, and what the film receives of it.
 
 use crate::not_finite::SampleId;
 use crate::render::Job;
+use bhs_core::integrator::Ray;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
-use bhs_core::stats::TraceLog;
+use bhs_core::stats::PathLog;
 use bhs_core::transport::PathSample;
-use glam::DVec2;
+use glam::{DVec2, Vec2};
+
+impl Job<'_> {
+    /// The ray along which the camera sees the point `raster` of its picture (pixels) through the point `lens` of its lens ([0,1)^2), and the
+    /// wavelength of its light there over that at E = 1: see [`bhs_core::scene::Scene::camera_ray`]. All camera rays are made here.
+    #[inline]
+    pub fn camera_ray(&self, raster: DVec2, lens: Vec2) -> (Ray, Option<f64>) {
+        self.scene.camera_ray(&self.camera.ray(raster, lens), &self.viewpoint)
+    }
+}
 
 /// One sample of one pixel, as its observer sees it.
-pub(crate) struct CameraSample {
+pub struct CameraSample {
     /// Which.
     pub id: SampleId,
     /// The filter's weight.
@@ -31,15 +41,14 @@ impl CameraSample {
     ) -> (Self, PathSample<'a>) {
         let (offset, weight) = job.filter.sample(stream.next_2d());
         let raster = DVec2::new(f64::from(id.pixel[0]) + 0.5, f64::from(id.pixel[1]) + 0.5) + offset.as_dvec2();
-        let view = job.camera.ray(raster, stream.next_2d());
+        let (ray, ratio) = job.camera_ray(raster, stream.next_2d());
         let lambda = wavelengths.sample(stream.next_1d());
-        let (ray, ratio) = job.scene.camera_ray(&view, job.viewpoint);
         let seen = Self { id, weight, lambda, ratio };
         let along = match seen.ratio {
             Some(ratio) if ratio != 1.0 => SampledWavelengths { lambda_nm: lambda.at(ratio.recip() as f32), ..lambda },
             _ => lambda,
         };
-        (seen, PathSample { ray, lambda: along, stream, radiance: SampledSpectrum::ZERO })
+        (seen, PathSample::new(ray, along, stream))
     }
 
     /// Wavelength where the ray starts over wavelength at E = 1; 1 where there is no static observer.
@@ -50,7 +59,7 @@ impl CameraSample {
     /// Adds what `path` has found to the pixel's sums and returns the weight that it has there; `None`, and adds nothing, if it is not
     /// finite.
     #[inline]
-    pub fn add(&self, job: &Job, path: &PathSample, sums: &mut [f64], log: &mut TraceLog) -> Option<f64> {
+    pub fn add(&self, job: &Job, path: &PathSample, sums: &mut [f64], log: &mut PathLog) -> Option<f64> {
         log.counters.paths += 1;
         // Weighted, as it is added: that may overflow too.
         let weighted = self.received(job, path.radiance, log) * self.weight;
@@ -64,12 +73,12 @@ impl CameraSample {
 
     /// The spectral radiance `radiance` at E = 1 as the observer measures it where the ray starts.
     #[inline]
-    pub fn received(&self, job: &Job, radiance: SampledSpectrum, log: &mut TraceLog) -> SampledSpectrum {
+    pub fn received(&self, job: &Job, radiance: SampledSpectrum, log: &mut PathLog) -> SampledSpectrum {
         match self.ratio {
             Some(1.0) => radiance,
             Some(ratio) => radiance * job.scene.radiance_factor(ratio.recip()),
             None => {
-                log.counters.inside_horizon += 1;
+                log.counters.no_static_observer += 1;
                 SampledSpectrum::ZERO
             }
         }

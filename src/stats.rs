@@ -70,9 +70,9 @@ pub fn counters_to_json(c: &Counters) -> Value {
         "queries_per_geodesic": c.queries as f64 / c.geodesics.max(1) as f64,
         "connections": {
             "found": c.connections,
-            "searched": c.connections_searched,
-            "blocked": c.connections_blocked,
-            "queries": c.connection_queries,
+            "shadow_rays": c.shadow_rays,
+            "occluded": c.shadow_rays_occluded,
+            "queries": c.shadow_ray_queries,
         },
         "fates": {
             "hit": c.hit,
@@ -84,9 +84,9 @@ pub fn counters_to_json(c: &Counters) -> Value {
             "chords_outside_bounds": c.chords_skipped,
             "leaps_through_free_space": c.leaps,
             "connections_without_light": c.connections_dark,
-            "connections_left_to_chance": c.connections_faint,
+            "connections_ended_by_roulette": c.connections_ended,
         },
-        "inside_horizon": c.inside_horizon,
+        "no_static_observer": c.no_static_observer,
         "samples_not_finite": c.not_finite,
     })
 }

@@ -1,10 +1,9 @@
 //! `bhs trace`: single rays, or pairs of points to connect, in; one JSON object a line out. For people and for checks from outside.
 
 use anyhow::{Context, Result, bail};
-use bhs_core::integrator::{Arrival, Connections, Ray, Sight};
+use bhs_core::integrator::{Arrival, Connections, Ray, ShadowRay};
 use bhs_core::scene::Scene;
 use bhs_core::spacetime::{Place, Side};
-use bhs_core::stats::TraceLog;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt::Write as _;
@@ -156,13 +155,14 @@ fn connection_answer(scene: &Scene, connections: &dyn Connections, pair: &[DVec3
                 json.push(',');
             }
             // From the very points: if they lie on surfaces, those do not block.
-            let sight = Sight { start: Ray::new(x, c.launch), from: x, to: Place::near(y), target: None, connection: c };
-            let visible = connections.visible(&scene.world, &sight, &mut TraceLog::default());
+            let ray = ShadowRay { start: Ray::new(x, c.launch), from: x, to: Place::near(y), target: None, connection: c };
+            let mut occluded = [false];
+            connections.occluded_all(&scene.world, &[ray], &mut occluded);
             let _ = write!(json, "{{\"image\":{},\"phi\":{:.16e},\"launch\":", 2 * turn as usize + side, c.phi);
             push_vector(&mut json, c.launch);
             json += ",\"arrival\":";
             push_vector(&mut json, c.arrival);
-            let _ = write!(json, ",\"spread\":{:.16e},\"blocked\":{}}}", c.spread, !visible);
+            let _ = write!(json, ",\"spread\":{:.16e},\"blocked\":{}}}", c.spread, occluded[0]);
         }
     }
     json += "]}\n";
@@ -171,9 +171,14 @@ fn connection_answer(scene: &Scene, connections: &dyn Connections, pair: &[DVec3
 
 /// One JSON object and a line end. Numbers have 17 significant digits: enough to read the same bits back.
 fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
-    let mut log = TraceLog { polyline: with_path.then(Vec::new), ..Default::default() };
     let world_ray = Ray { origin: ray.origin - scene.world.origin, ..*ray };
-    let arrival = scene.integrator.trace(&scene.world, &world_ray, &mut log);
+    let (end, polyline) = if with_path {
+        let (end, polyline) = scene.integrator.polyline(&scene.world, &world_ray);
+        (end, Some(polyline))
+    } else {
+        (scene.integrator.trace(&scene.world, &world_ray), None)
+    };
+    let arrival = end.arrival;
     let to_world = |p: DVec3| p + scene.world.origin;
     let mut json = String::from("{\"outcome\":");
     json += match arrival {
@@ -197,21 +202,21 @@ fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
         }
         Arrival::Hole | Arrival::OutOfSteps => {}
     }
-    let end = match arrival {
+    let side = match arrival {
         Arrival::Surface(hit) => Some(scene.world.side_of(hit.geometry)),
         Arrival::Sky(_, side) => Some(side),
         Arrival::Hole | Arrival::OutOfSteps => None,
     };
     let has_far_side = scene.world.spacetime.as_ref().is_some_and(|s| s.has_far_side());
-    if let Some(side) = end.filter(|_| has_far_side) {
+    if let Some(side) = side.filter(|_| has_far_side) {
         json += match side {
             Side::Near => ",\"side\":\"near\"",
             Side::Far => ",\"side\":\"far\"",
         };
     }
-    let _ = write!(json, ",\"phi\":{:.16e}", log.phi);
-    let _ = write!(json, ",\"steps\":{},\"queries\":{}", log.counters.steps, log.counters.queries);
-    if let Some(points) = log.polyline {
+    let _ = write!(json, ",\"phi\":{:.16e}", end.swept);
+    let _ = write!(json, ",\"steps\":{},\"queries\":{}", end.cost.steps, end.cost.queries);
+    if let Some(points) = polyline {
         json += ",\"path\":[";
         for (i, p) in points.iter().enumerate() {
             if i > 0 {

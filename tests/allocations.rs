@@ -3,34 +3,29 @@
 
 use crate::common::{build_with, read};
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
+use bhs::not_finite::SampleId;
 use bhs::registry::Registry;
-use bhs_core::integrator::{Integrator, Ray};
+use bhs::render::Job;
+use bhs::sample::CameraSample;
+use bhs_core::integrator::Integrator;
 use bhs_core::sampling::SampleStream;
-use bhs_core::spectrum::SampledWavelengths;
-use bhs_core::stats::TraceLog;
+use bhs_core::spectrum::VisibleWavelengths;
+use bhs_core::stats::PathLog;
 use bhs_core::transport::LightTransport;
-use glam::DVec2;
 
 /// Follows `count` camera paths all over the picture, and returns how many rays that took.
 fn follow(built: &BuiltScene, count: u32, sums: &mut [f64]) -> u64 {
     let [width, height] = built.film.resolution();
     let [lo, hi] = built.film.lambda_range();
-    let mut log = TraceLog::default();
+    let (job, wavelengths) = (Job::of(built), VisibleWavelengths::new(lo, hi));
+    let mut log = PathLog::default();
     for i in 0..count {
         let pixel = [i % width, i / width % height];
-        let mut stream = SampleStream::new(&*built.sampler, pixel, i / (width * height));
-        let (offset, weight) = built.filter.sample(stream.next_2d());
-        let raster = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5) + offset.as_dvec2();
-        let seen = built.camera.ray(raster, stream.next_2d());
-        let lambda = SampledWavelengths::visible(stream.next_1d(), lo, hi);
-        let direction = built
-            .scene
-            .observer(bhs_core::spacetime::Place::near(seen.origin))
-            .expect("outside of the horizon")
-            .chart_direction(seen.direction);
-        let ray = Ray { footprint: built.scene.footprints.camera, ..Ray::new(seen.origin, direction) };
-        let radiance = built.transport.radiance(&built.scene, ray, &lambda, &mut stream, &mut log);
-        built.film.add(radiance * weight, &lambda, sums);
+        let sample = i / (width * height);
+        let stream = SampleStream::new(&*built.sampler, pixel, sample);
+        let (sample, mut path) = CameraSample::new(&job, &wavelengths, SampleId { pixel, sample }, stream);
+        built.transport.follow(&built.scene, &mut path, &mut log);
+        sample.add(&job, &path, sums, &mut log);
     }
     log.counters.geodesics
 }

@@ -7,7 +7,6 @@ use bhs_core::geometry::Geometry;
 use bhs_core::integrator::Arrival;
 use bhs_core::light::Emission;
 use bhs_core::scene::Scene;
-use bhs_core::stats::TraceLog;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 
@@ -139,7 +138,7 @@ fn of_the_light_of_a_closed_room_what_falls_in_is_27_pi_rs2_over_its_area() {
         for i in 0..n {
             let (weight, ray) = leave(scene, i);
             sum += weight;
-            match scene.integrator.trace(&scene.world, &ray, &mut TraceLog::default()) {
+            match scene.integrator.trace(&scene.world, &ray).arrival {
                 Arrival::Hole => fallen += weight,
                 Arrival::Surface(_) => {}
                 other => panic!("{integrator}: {other:?} from {ray:?}"),

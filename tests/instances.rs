@@ -108,7 +108,7 @@ fn hits_on_instances_are_exact() {
     for i in 0..4000 {
         let at = DVec3::new(f64::from(i % 80) / 20.0 - 2.0, f64::from(i / 80) / 25.0 - 0.9, 0.5);
         let ray = Ray::new(DVec3::new(0.0, 1.0, -5.0), (at - DVec3::new(0.0, 1.0, -5.0)).normalize());
-        let fates = [&instances, &copies].map(|s| match s.integrator.trace(&s.world, &ray, &mut Default::default()) {
+        let fates = [&instances, &copies].map(|s| match s.integrator.trace(&s.world, &ray).arrival {
             Arrival::Surface(hit) if s.world.geometries[hit.geometry as usize].triangle_count() > 0 => {
                 Some((s.world.surface(&hit), hit))
             }

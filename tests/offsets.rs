@@ -4,7 +4,6 @@ use crate::common;
 use bhs::lang::{BuiltScene, Overrides};
 use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::sampling::mix64;
-use bhs_core::stats::TraceLog;
 use glam::DVec3;
 use std::fmt::Write;
 
@@ -90,7 +89,7 @@ fn outcome(a: &Arrival) -> (u8, u32, u32) {
 
 fn trace(built: &BuiltScene, ray: &Ray) -> Arrival {
     let integrator: &dyn Integrator = &*built.scene.integrator;
-    integrator.trace(&built.scene.world, ray, &mut TraceLog::default())
+    integrator.trace(&built.scene.world, ray).arrival
 }
 
 #[test]

@@ -8,7 +8,6 @@ use bhs_core::camera::CameraRay;
 use bhs_core::geometry::SurfaceGeometry;
 use bhs_core::integrator::{Arrival, Ray};
 use bhs_core::spectrum::SampledWavelengths;
-use bhs_core::stats::TraceLog;
 use glam::{DVec2, DVec3, Vec2};
 use std::collections::BTreeSet;
 
@@ -56,7 +55,7 @@ fn looks(options: &str, size: [u32; 2], at: [f64; 2], along: DVec3) -> bool {
 fn met(text: &str, from: DVec3, along: DVec3) -> Option<(SurfaceGeometry, DVec3)> {
     let built = world(text);
     let world = &built.scene.world;
-    match built.scene.integrator.trace(world, &Ray::new(from - world.origin, along.normalize()), &mut TraceLog::default()) {
+    match built.scene.integrator.trace(world, &Ray::new(from - world.origin, along.normalize())).arrival {
         Arrival::Surface(hit) => Some((world.surface(&hit), hit.point + world.origin)),
         _ => None,
     }
@@ -75,7 +74,7 @@ fn seen(text: &str, from: DVec3, along: DVec3) -> (f32, f32) {
     let built = world(text);
     let (scene, lambda) = (&built.scene, SampledWavelengths::visible(0.5, 360.0, 830.0));
     let ray = Ray::new(from - scene.world.origin, along.normalize());
-    let Arrival::Surface(hit) = scene.integrator.trace(&scene.world, &ray, &mut TraceLog::default()) else { return (0.0, 0.0) };
+    let Arrival::Surface(hit) = scene.integrator.trace(&scene.world, &ray).arrival else { return (0.0, 0.0) };
     let vertex = scene.vertex(hit, &lambda).expect("flat space");
     (vertex.emitted()[0], vertex.material.reflectance(&vertex.shading, vertex.wo)[0])
 }

@@ -3,9 +3,8 @@
 use crate::common;
 use crate::common::lights::{floor, random, received};
 use bhs::lang::BuiltScene;
-use bhs_core::integrator::{Arrival, Ray, Sight};
+use bhs_core::integrator::{Arrival, Ray, ShadowRay};
 use bhs_core::spectrum::SampledWavelengths;
-use bhs_core::stats::TraceLog;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 
@@ -48,7 +47,7 @@ fn forwards(built: &BuiltScene, rays: u64) -> Vec<f64> {
         let (sin, cos) = (TAU * random(i, 1)).sin_cos();
         let local = DVec3::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z);
         let ray = Ray::new(y, frame.chart_direction(local));
-        if let Arrival::Surface(hit) = scene.integrator.trace(&scene.world, &ray, &mut TraceLog::default()) {
+        if let Arrival::Surface(hit) = scene.integrator.trace(&scene.world, &ray).arrival {
             arrived[hit.geometry as usize] += 4.0 * PI / rays as f64;
         }
     }
@@ -68,7 +67,6 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);
     let hole = scene.world.hole.expect("a hole");
     let f = |p: DVec3| 1.0 - hole.rs / (p - hole.center).length();
-    let mut log = TraceLog::default();
     received(built, points, |x, normal, observer| {
         let local_normal = observer.frame.local_normal(normal);
         let mut irradiance = 0.0;
@@ -78,8 +76,10 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
             {
                 let cos = observer.frame.local_direction(c.launch).dot(local_normal);
                 let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-                let sight = Sight { start, from: x, to: light.place(), target: None, connection: c };
-                if connections.visible(&scene.world, &sight, &mut log) {
+                let shadow_ray = ShadowRay { start, from: x, to: light.place(), target: None, connection: c };
+                let mut occluded = [false];
+                connections.occluded_all(&scene.world, &[shadow_ray], &mut occluded);
+                if !occluded[0] {
                     let arriving = scene.arriving(&light, &c, observer, &lambda);
                     irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
                 }

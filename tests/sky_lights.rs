@@ -6,7 +6,6 @@ use bhs::image::{Frame, Picture};
 use bhs::lang::BuiltScene;
 use bhs_core::integrator::{Arrival, Ray};
 use bhs_core::spectrum::SampledWavelengths;
-use bhs_core::stats::TraceLog;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 
@@ -125,7 +124,7 @@ fn forwards(built: &BuiltScene, direction: DVec3, rays: u64) -> Vec<f64> {
     for i in 0..rays {
         let (s, t) = (half * (2.0 * (i as f64 + 0.5) / rays as f64 - 1.0), half * (2.0 * random(i, 1) - 1.0));
         let ray = Ray::new(direction * far + a * s + b * t, -direction);
-        if let Arrival::Surface(hit) = scene.integrator.trace(&scene.world, &ray, &mut TraceLog::default()) {
+        if let Arrival::Surface(hit) = scene.integrator.trace(&scene.world, &ray).arrival {
             arrived[hit.geometry as usize] += 4.0 * half * half / rays as f64;
         }
     }
@@ -140,7 +139,6 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     let light = scene.sample_light(0.5, Vec2::splat(0.5)).expect("a light");
     let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);
     let hole = scene.world.hole.expect("a hole");
-    let mut log = TraceLog::default();
     received(built, points, |x, normal, observer| {
         let local_normal = observer.frame.local_normal(normal);
         let mut irradiance = 0.0;
@@ -151,7 +149,9 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
         {
             let cos = observer.frame.local_direction(c.launch).dot(local_normal);
             let start = Ray::new(x + normal * 1e-6 * cos.signum(), c.launch);
-            if scene.integrator.escapes(&scene.world, &start, light.side, &mut log) {
+            let mut escaped = [false];
+            scene.integrator.escape_all(&scene.world, &[(start, light.side)], &mut escaped);
+            if escaped[0] {
                 let arriving = scene.arriving(&light, &c, observer, &lambda);
                 irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
             }

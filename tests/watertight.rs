@@ -8,7 +8,6 @@ use crate::common;
 use bhs::lang::BuiltScene;
 use bhs_core::integrator::{Arrival, Ray};
 use bhs_core::sampling::mix64;
-use bhs_core::stats::TraceLog;
 use glam::{DMat3, DVec3, EulerRot};
 use std::fmt::Write;
 
@@ -221,13 +220,12 @@ fn follow(built: &BuiltScene, rooms: &Rooms, rays: u64, seed: u64, what: &str) -
 /// Follows one path, as long as pictures have them.
 fn path(built: &BuiltScene, rooms: &Rooms, mut ray: Ray, random: &mut Random, count: &mut Count) -> Result<(), String> {
     let (scene, world) = (&built.scene, &built.scene.world);
-    let mut log = TraceLog::default();
     let mut inside = vec![false; rooms.count];
     inside[0] = true;
     for _ in 0..BOUNCES {
         count.rays += 1;
         count.close += u64::from(ray.leaving.is_some());
-        let hit = match scene.integrator.trace(world, &ray, &mut log) {
+        let hit = match scene.integrator.trace(world, &ray).arrival {
             Arrival::Surface(hit) => hit,
             Arrival::Hole => break,
             other => return Err(format!("{ray:?} ends as {other:?}")),

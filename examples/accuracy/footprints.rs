@@ -114,7 +114,7 @@ pub fn measure() -> Result<()> {
         let truth = with(TRUTH);
         let pictures: Vec<(f64, Rendered)> = ROUGH.map(|rough| (rough, with(rough))).into();
         let percent = |share: f64| format!("{:.3} %", 100.0 * share);
-        let queries = |c: &Counters| format!("{:.1}", c.queries as f64 / (c.geodesics + c.connections_searched) as f64);
+        let queries = |c: &Counters| format!("{:.1}", c.queries as f64 / (c.geodesics + c.shadow_rays) as f64);
         let level = mean(&truth.luminance).0;
         for (rough, found) in &pictures {
             let difference: Vec<f64> = found.luminance.iter().zip(&truth.luminance).map(|(f, t)| f - t).collect();

@@ -6,8 +6,7 @@ use super::table::Table;
 use super::{Measured, Summary, Tradeoff, equal_error, pareto_front, series};
 use crate::lang::BuiltScene;
 use crate::plot::Chart;
-use bhs_core::integrator::{Arrival, Integrator, Ray, Traced};
-use bhs_core::stats::TraceLog;
+use bhs_core::integrator::{Integrator, Ray, RayEnd};
 use bhs_core::transport::BATCH;
 use bhs_core::world::World;
 use bhs_integrators::flight::Tolerance;
@@ -68,11 +67,11 @@ pub fn candidates(diagonal: f64) -> Vec<Candidate> {
 pub fn nanoseconds(world: &World, integrator: &dyn Integrator, rays: &[Ray]) -> f64 {
     let start = processor_seconds();
     let mut passes = 0.0;
-    let mut traced = [Traced { arrival: Arrival::Hole, phi: 0.0 }; BATCH];
+    let mut ends = [RayEnd::NONE; BATCH];
     loop {
         for rays in rays.chunks(BATCH) {
-            integrator.trace_all(world, rays, &mut traced[..rays.len()], &mut TraceLog::default());
-            std::hint::black_box(&traced);
+            integrator.trace_all(world, rays, &mut ends[..rays.len()]);
+            std::hint::black_box(&ends);
         }
         passes += 1.0;
         let seconds = processor_seconds() - start;

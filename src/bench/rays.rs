@@ -2,10 +2,11 @@
 
 use crate::film::TILE;
 use crate::lang::BuiltScene;
-use bhs_core::integrator::{Arrival, Integrator, Ray, Traced};
+use crate::render::Job;
+use bhs_core::integrator::{Arrival, Integrator, Ray, RayEnd};
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
 use bhs_core::spectrum::SampledWavelengths;
-use bhs_core::stats::{Counters, TraceLog};
+use bhs_core::stats::Counters;
 use bhs_core::transport::BATCH;
 use bhs_core::world::World;
 use bhs_integrators::Exact;
@@ -34,13 +35,13 @@ pub fn truth(world: &World) -> Exact {
 /// `count` camera rays through random places of the picture, in the order in which a render follows such: tile by tile, row by row.
 pub fn camera_rays(built: &BuiltScene, count: usize) -> Vec<Ray> {
     let [width, height] = built.film.resolution().map(f64::from);
+    let job = Job::of(built);
     let ray = |i: usize| {
         let mut stream = SampleStream::new(&*built.sampler, [0, 0], i as u32);
         let at = stream.next_2d().as_dvec2() * DVec2::new(width, height);
-        let seen = built.camera.ray(at, stream.next_2d());
         let [x, y] = at.to_array().map(|c| c as u32);
         let place = (y / TILE, x / TILE, y, x);
-        (place, built.scene.camera_ray(&seen, &built.viewpoint).0)
+        (place, job.camera_ray(at, stream.next_2d()).0)
     };
     let mut rays: Vec<_> = (0..count).map(ray).collect();
     rays.sort_by_key(|(place, _)| *place);
@@ -52,7 +53,7 @@ pub fn bounce_rays(built: &BuiltScene, from: &[Ray]) -> Vec<Ray> {
     let (scene, integrator) = (&built.scene, truth(&built.scene.world));
     let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);
     let bounce = |(i, ray): (usize, &Ray)| {
-        let Arrival::Surface(hit) = integrator.trace(&scene.world, ray, &mut TraceLog::default()) else { return None };
+        let Arrival::Surface(hit) = integrator.trace(&scene.world, ray).arrival else { return None };
         let vertex = scene.vertex(hit, &lambda)?;
         let mut stream = SampleStream::new(&*built.sampler, [1, 0], i as u32);
         let wi = cosine_hemisphere(stream.next_2d());
@@ -64,12 +65,13 @@ pub fn bounce_rays(built: &BuiltScene, from: &[Ray]) -> Vec<Ray> {
 
 /// Where rays arrive under `integrator`, and what that took to find out. They are followed in batches, as light transport does.
 pub fn arrivals(world: &World, integrator: &dyn Integrator, rays: &[Ray]) -> (Vec<Arrival>, Counters) {
-    let mut log = TraceLog::default();
-    let mut found = vec![Traced { arrival: Arrival::Hole, phi: 0.0 }; rays.len()];
-    for (rays, found) in rays.chunks(BATCH).zip(found.chunks_mut(BATCH)) {
-        integrator.trace_all(world, rays, found, &mut log);
+    let mut ends = vec![RayEnd::NONE; rays.len()];
+    for (rays, ends) in rays.chunks(BATCH).zip(ends.chunks_mut(BATCH)) {
+        integrator.trace_all(world, rays, ends);
     }
-    (found.into_iter().map(|end| end.arrival).collect(), log.counters)
+    let mut counters = Counters::default();
+    ends.iter().for_each(|end| counters.add_ray(end));
+    (ends.into_iter().map(|end| end.arrival).collect(), counters)
 }
 
 /// What is left of many errors.

@@ -11,12 +11,12 @@ use crate::memory::OutOfMemory;
 use crate::plot::Chart;
 use crate::render::try_render_quietly;
 use anyhow::{Context, Result};
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
+use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
 use bhs_core::spacetime::Place;
-use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use bhs_integrators::{Rk4, Straight};
+use glam::DVec3;
 
 /// How the baseline follows rays: fixed micro-steps (Aikawa, Zhou and Wang 2019).
 const BASELINE: &str = "schwarzschild-rk4";
@@ -30,12 +30,16 @@ const SAMPLES: [u32; 3] = [4, 16, 64];
 /// Samples of the reference over the most samples that are measured.
 const REFERENCE: u32 = 16;
 
-/// An integrator that does not say which rays join two points, so that lamps are found by chance.
+/// An integrator that does not say which rays join two points, so that lights are found by BSDF sampling alone.
 struct Unconnected(Box<dyn Integrator>);
 
 impl Integrator for Unconnected {
-    fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        self.0.trace(world, ray, log)
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        self.0.trace_all(world, rays, ends);
+    }
+
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        self.0.polyline(world, ray)
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {
@@ -63,7 +67,7 @@ struct Method {
 const METHODS: [Method; 4] = [
     Method { name: "hemisphere, micro-steps (paper)", transport: "hemisphere", integrator: Some(BASELINE), connected: true },
     Method { name: "hemisphere", transport: "hemisphere", integrator: None, connected: true },
-    Method { name: "path, lamps by chance", transport: "path", integrator: None, connected: false },
+    Method { name: "path, no light sampling", transport: "path", integrator: None, connected: false },
     Method { name: "path", transport: "path", integrator: None, connected: true },
 ];
 

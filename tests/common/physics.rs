@@ -4,8 +4,9 @@ use bhs::lang::BuiltScene;
 use bhs_core::integrator::Ray;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{N_LAMBDA, SampledWavelengths};
-use bhs_core::stats::TraceLog;
-use glam::DVec3;
+use bhs_core::stats::PathLog;
+use bhs_core::transport::PathSample;
+use glam::{DVec2, DVec3};
 
 /// `sqrt(1 - rs/r)` with r in units of rs: the clock of a static observer at r over one far away.
 pub fn lapse(r: f64) -> f64 {
@@ -51,7 +52,7 @@ pub fn rgb_of(radiance: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], fine: u32) -> [
 
 /// The spectral radiance that the scene's method finds at the wavelengths `lambda_nm` along the local direction `local` of the
 /// observer at the camera; sample number `index`.
-pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], index: u32, log: &mut TraceLog) -> [f32; N_LAMBDA] {
+pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], index: u32, log: &mut PathLog) -> [f32; N_LAMBDA] {
     let scene = &built.scene;
     let observer = scene
         .observer(bhs_core::spacetime::Place::near(built.camera.position()))
@@ -61,8 +62,9 @@ pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], in
     let to_infinity = observer.ratio(direction).recip();
     let lambda = SampledWavelengths { lambda_nm, pdf: [1.0; N_LAMBDA] };
     let lambda = SampledWavelengths { lambda_nm: lambda.at(to_infinity as f32), ..lambda };
-    let mut stream = SampleStream::new(&*built.sampler, [0, 0], index);
-    (built.transport.radiance(scene, ray, &lambda, &mut stream, log) * scene.radiance_factor(to_infinity)).0
+    let mut path = PathSample::new(ray, lambda, SampleStream::new(&*built.sampler, [0, 0], index));
+    built.transport.follow(scene, &mut path, log);
+    (path.radiance * scene.radiance_factor(to_infinity)).0
 }
 
 /// `n` directions spread evenly over the sphere (a Fibonacci lattice), with the z axis as its own.

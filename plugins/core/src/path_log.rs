@@ -20,15 +20,15 @@ pub enum PathEvent {
     },
     /// It has met light: of a surface, or of the sky. The radiance is that at E = 1, weighted against light sampling.
     Found(SampledSpectrum),
-    /// Light sampling has looked for light from a point or a direction.
+    /// Light sampling has traced a shadow ray to a point or a direction.
     Sampled {
         /// Number of the light as in [`crate::scene::Scene::light_choice`]: first the surfaces that emit, then the others.
         light: u32,
         /// Its point, or its direction in the sky.
         place: LightPlace,
-        /// What the path gains from there if nothing stands in the way, at E = 1.
+        /// What it contributes to the path if it is not occluded, at E = 1.
         radiance: SampledSpectrum,
-        /// Whether nothing does.
+        /// Whether it is not.
         visible: bool,
     },
     /// It has been given another direction by a surface.

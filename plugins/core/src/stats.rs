@@ -44,7 +44,7 @@ counters! {
     geodesics,
     /// Steps of the orbit integrator.
     steps,
-    /// Questions put to the intersector.
+    /// Segments put to the intersector.
     queries,
     /// Chords that lay outside the scene's bounds and were not put to it.
     chords_skipped,
@@ -52,18 +52,18 @@ counters! {
     leaps,
     /// Geodesics that were found between pairs of points for light sampling.
     connections,
-    /// Those that were searched for something in their way.
-    connections_searched,
-    /// Those that no light comes along: from behind a surface, or from the back of a lamp.
+    /// Those that carry no light: from behind a surface, or from the back of a light.
     connections_dark,
-    /// Those that were so faint that they were left to chance, and not searched.
-    connections_faint,
-    /// Those that were searched and that something stands in the way of.
-    connections_blocked,
-    /// Questions put to the intersector along them, counted in `queries` too.
-    connection_queries,
-    /// Paths that ended on a surface within the horizon, where nobody can stand.
-    inside_horizon,
+    /// Those that carry so little that Russian roulette ended them before a shadow ray was traced.
+    connections_ended,
+    /// Shadow rays traced along the others.
+    shadow_rays,
+    /// Shadow rays that are occluded.
+    shadow_rays_occluded,
+    /// Segments put to the intersector along shadow rays, counted in `queries` too.
+    shadow_ray_queries,
+    /// Paths that ended where there is no static observer: on a surface within the horizon.
+    no_static_observer,
     /// Rays that ended on a surface.
     hit,
     /// Rays that left the scene for good.
@@ -92,9 +92,10 @@ impl Counters {
         self.add_queries(end.cost);
     }
 
-    /// Counts what it took to find out what stands in the way of shadow rays: their steps are none of a path's rays.
-    pub fn add_shadow_rays(&mut self, cost: Cost) {
-        self.connection_queries += u64::from(cost.queries);
+    /// Counts `count` shadow rays that have been traced, and what all of them took: their steps are none of a path's rays.
+    pub fn add_shadow_rays(&mut self, count: usize, cost: Cost) {
+        self.shadow_rays += count as u64;
+        self.shadow_ray_queries += u64::from(cost.queries);
         self.add_queries(cost);
     }
 

@@ -4,7 +4,6 @@ mod common;
 
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
-use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::flight::Tolerance;
@@ -22,7 +21,7 @@ fn adaptive(tolerance: f64) -> Adaptive {
 }
 
 fn surface(integrator: &dyn Integrator, world: &World, ray: &Ray) -> Option<SurfaceHit> {
-    match integrator.trace(world, ray, &mut TraceLog::default()) {
+    match integrator.trace(world, ray).arrival {
         Arrival::Surface(hit) => Some(hit),
         _ => None,
     }
@@ -69,8 +68,8 @@ fn hits_lie_on_the_orbit_and_on_the_plane_to_twelve_digits() {
     while hits < 3000 {
         let ray = Ray::new(dice.point(1.0) + DVec3::Z, dice.direction());
         let expected = first_crossing(&floor, &ray, |p| n.dot(p - a));
-        let mut log = TraceLog::default();
-        let Arrival::Surface(hit) = exact(1e-3).trace(&floor, &ray, &mut log) else { continue };
+        let end = exact(1e-3).trace(&floor, &ray);
+        let Arrival::Surface(hit) = end.arrival else { continue };
         hits += 1;
         let Some((point, direction)) = expected else { continue };
         checked += 1;
@@ -83,14 +82,14 @@ fn hits_lie_on_the_orbit_and_on_the_plane_to_twelve_digits() {
         assert!((weights - hit.point).length() < 1e-12);
         // Back from the hit, after the same angle, light is at the start again.
         let (plane, back) = OrbitPlane::of_ray(center, hit.point, -hit.direction);
-        let (u, du) = ClosedForm::new(0.15, back.u, back.du).at(log.phi);
-        assert!((plane.point(&State { phi: log.phi, u, du }) - ray.origin).length() < 1e-9, "{ray:?}");
+        let (u, du) = ClosedForm::new(0.15, back.u, back.du).at(end.swept);
+        assert!((plane.point(&State { phi: end.swept, u, du }) - ray.origin).length() < 1e-9, "{ray:?}");
         // The adaptive one is as good as it is asked to be, measured across the ray; its surface is the same plane.
         for tolerance in [1e-3, 1e-5, 1e-8] {
-            let mut log = TraceLog::default();
-            let Arrival::Surface(found) = adaptive(tolerance).trace(&floor, &ray, &mut log) else { panic!("{ray:?}") };
+            let end = adaptive(tolerance).trace(&floor, &ray);
+            let Arrival::Surface(found) = end.arrival else { panic!("{ray:?}") };
             let across = (found.point - point).cross(direction).length();
-            assert!(across < tolerance, "{ray:?}: {across:.1e} > {tolerance}, at {point} after {}", log.phi);
+            assert!(across < tolerance, "{ray:?}: {across:.1e} > {tolerance}, at {point} after {}", end.swept);
             assert!(n.dot(found.point - a).abs() < 1e-13);
         }
     }
@@ -149,10 +148,9 @@ fn chords_stray_from_the_orbit_by_no_more_than_the_tolerance() {
         }
         for tolerance in [3e-2, 1e-3, 1e-5] {
             for tracer in [&exact(tolerance) as &dyn Integrator, &adaptive(tolerance)] {
-                let mut log = TraceLog { polyline: Some(Vec::new()), ..Default::default() };
-                tracer.trace(&empty, &ray, &mut log);
+                let (_, points) = tracer.polyline(&empty, &ray);
                 let mut phi = 0.0;
-                for ends in log.polyline.unwrap().windows(2) {
+                for ends in points.windows(2) {
                     let [a, b] = ends else { unreachable!() };
                     let outward = [*a, *b].map(|p| (p - center).normalize());
                     let swept = outward[0].cross(outward[1]).length().atan2(outward[0].dot(outward[1]));
@@ -236,8 +234,8 @@ fn light_that_skims_a_faceted_ball_around_the_hole_ends_where_the_orbit_does() {
         let normal = shell.surface(&start).normal;
         let along = normal.cross(dice.direction()).normalize();
         let ray = shell.spawn(&start, normal, (along + normal * dice.within(0.01, 0.4)).normalize());
-        let truth = exact(1e-6).trace(&shell, &ray, &mut TraceLog::default());
-        let found = exact(1e-3).trace(&shell, &ray, &mut TraceLog::default());
+        let truth = exact(1e-6).trace(&shell, &ray).arrival;
+        let found = exact(1e-3).trace(&shell, &ray).arrival;
         count += 1;
         match (truth, found) {
             (Arrival::Surface(t), Arrival::Surface(f)) => {
@@ -278,15 +276,15 @@ fn nothing_leaks_from_a_closed_room() {
         for _ in 0..20 {
             let mut ray = Ray::new(at + half * 0.99 * dice.point(1.0), dice.direction());
             for _ in 0..6 {
-                let mut log = TraceLog::default();
-                let hit = match tracer.trace(&closed, &ray, &mut log) {
+                let end = tracer.trace(&closed, &ray);
+                let hit = match end.arrival {
                     Arrival::Surface(hit) => hit,
                     Arrival::Hole => break,
                     other => panic!("case {case}: {ray:?} leaves the room: {other:?}, hole {hole} rs {rs}"),
                 };
-                worst_queries = worst_queries.max(log.counters.queries);
+                worst_queries = worst_queries.max(u64::from(end.cost.queries));
                 assert!((hit.direction.length() - 1.0).abs() < 1e-12 && hit.point.is_finite());
-                assert!(log.phi.is_finite());
+                assert!(end.swept.is_finite());
                 let normal = closed.surface(&hit).normal;
                 let normal = if hit.direction.dot(normal) > 0.0 { -normal } else { normal };
                 ray = closed.spawn(&hit, normal, (dice.direction() + normal * 1.0001).normalize());

@@ -7,7 +7,6 @@
 mod common;
 
 use bhs_core::integrator::{Arrival, Integrator, Ray};
-use bhs_core::stats::TraceLog;
 use bhs_integrators::flight::Tolerance;
 use bhs_integrators::{Adaptive, Exact, Rk4};
 use common::{Dice, ball, world};
@@ -97,7 +96,7 @@ fn orbits_are_the_rays_of_a_graded_index() {
         let sin = local.cross(e).length();
         let grown = 1.0 / (r * sin / (1.0 - 1.0 / r).sqrt() / b_crit - 1.0).abs().clamp(1e-6, 1.0);
         for (i, (tracer, tolerance, name)) in tracers.iter().enumerate() {
-            match (tracer.trace(&shell, &ray, &mut TraceLog::default()), truth) {
+            match (tracer.trace(&shell, &ray).arrival, truth) {
                 (Arrival::Surface(hit), Some((x, t))) => {
                     let point = x.normalize() * around;
                     let sqrt_f = (1.0 - 1.0 / around).sqrt();

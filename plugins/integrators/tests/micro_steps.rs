@@ -4,7 +4,6 @@ mod common;
 
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
-use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use bhs_integrators::flight::Tolerance;
 use bhs_integrators::{Exact, Rk4};
@@ -19,7 +18,7 @@ fn error(world: &World, step: f64, rays: &[Ray]) -> f64 {
     let chords = Rk4::micro_steps(step, 100_000);
     let (mut sum, mut count) = (0.0, 0);
     for ray in rays {
-        let [true_end, found] = [&exact as &dyn Integrator, &chords].map(|i| i.trace(world, ray, &mut TraceLog::default()));
+        let [true_end, found] = [&exact as &dyn Integrator, &chords].map(|i| i.trace(world, ray).arrival);
         let (Arrival::Surface(t), Arrival::Surface(f)) = (true_end, found) else { continue };
         // Grazing incidence makes small errors large, in its own order.
         if (t.primitive, t.geometry) == (f.primitive, f.geometry) && world.surface(&t).normal.dot(t.direction).abs() > 0.3 {
@@ -68,10 +67,9 @@ fn hits_on_a_sphere_converge_with_order_two() {
 fn every_step_is_a_question() {
     let world = world(vec![room(DVec3::splat(-1.0), DVec3::splat(1.0))], CENTER, 0.1);
     for ray in rays(200) {
-        let mut log = TraceLog::default();
-        Rk4::micro_steps(0.02, 100_000).trace(&world, &ray, &mut log);
-        assert_eq!(log.counters.queries, log.counters.steps);
-        assert_eq!((log.counters.leaps, log.counters.chords_skipped), (0, 0));
+        let cost = Rk4::micro_steps(0.02, 100_000).trace(&world, &ray).cost;
+        assert_eq!(cost.queries, cost.steps);
+        assert_eq!((cost.leaps, cost.chords_skipped), (0, 0));
     }
 }
 
@@ -86,7 +84,7 @@ fn light_that_leaves_and_light_that_falls_in_ends_as_it_should() {
     for i in 0..100 {
         // Impact parameters on both sides of 3 sqrt(3)/2 rs = 0.2598.
         let ray = Ray::new(DVec3::new(0.01 * f64::from(i), 0.0, -5.0), DVec3::Z);
-        let [a, b] = [&chords as &dyn Integrator, &exact].map(|i| i.trace(&world, &ray, &mut TraceLog::default()));
+        let [a, b] = [&chords as &dyn Integrator, &exact].map(|i| i.trace(&world, &ray).arrival);
         match (a, b) {
             (Arrival::Hole, Arrival::Hole) => fallen += 1,
             (Arrival::Sky(a, _), Arrival::Sky(b, _)) => {

@@ -3,7 +3,6 @@
 mod common;
 
 use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
-use bhs_core::stats::TraceLog;
 use bhs_integrators::flight::Tolerance;
 use bhs_integrators::{Adaptive, Exact, Rk4};
 use common::{Dice, ball, room, world};
@@ -33,7 +32,7 @@ fn rays_through_a_world_are_deflected_by_the_elliptic_integrals() {
         for (tracer, tolerance, name) in &tracers {
             for (world, what) in [(&empty, "empty"), (&far, "far")] {
                 let ray = Ray::new(DVec3::X * r, DVec3::Y);
-                let Arrival::Sky(d, _) = tracer.trace(world, &ray, &mut TraceLog::default()) else { panic!("{name}, b {b}") };
+                let Arrival::Sky(d, _) = tracer.trace(world, &ray).arrival else { panic!("{name}, b {b}") };
                 let off = (d.y.atan2(d.x).rem_euclid(TAU) - 0.5 * (PI + delta)).abs();
                 eprintln!("b {b}, {what} world, {name}: {off:.1e}");
                 assert!(off < *tolerance, "b {b}, {what} world, {name}: {off:.1e}");
@@ -56,10 +55,9 @@ fn rays_stay_on_the_photon_sphere_for_three_turns() {
         for k in 0..4 {
             let e1 = DVec3::new(f64::from(k).cos(), f64::from(k).sin(), 0.3 * f64::from(k)).normalize();
             let e2 = e1.any_orthonormal_vector();
-            let mut log = TraceLog { polyline: Some(Vec::new()), ..Default::default() };
-            tracer.trace(&shell, &Ray::new(e1 * 1.5, e2), &mut log);
+            let (_, points) = tracer.polyline(&shell, &Ray::new(e1 * 1.5, e2));
             let (mut phi, mut last, mut worst) = (0.0f64, e1, 0.0f64);
-            for p in log.polyline.unwrap_or_default() {
+            for p in points {
                 phi += p.angle_between(last);
                 last = p;
                 if phi > 3.0 * TAU {
@@ -97,11 +95,7 @@ fn light_goes_back_the_way_it_came() {
         }
         count += 1;
         for (i, (tracer, tolerance, name)) in tracers.iter().enumerate() {
-            let end = |origin: DVec3, direction: DVec3| match tracer.trace(
-                &closed,
-                &Ray::new(origin, direction),
-                &mut TraceLog::default(),
-            ) {
+            let end = |origin: DVec3, direction: DVec3| match tracer.trace(&closed, &Ray::new(origin, direction)).arrival {
                 Arrival::Surface(hit) => hit,
                 other => panic!("{name}: {other:?} from {origin} along {direction}"),
             };

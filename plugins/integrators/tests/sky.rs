@@ -9,7 +9,6 @@ mod tracing;
 use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
-use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
 use bhs_integrators::Exact;
 use bhs_integrators::connect::connect;
@@ -22,9 +21,9 @@ use tracing::{Random, hole, pair};
 /// Where the ray from `x` along `launch` leaves, and the angle that it sweeps.
 fn traced(hole: &BlackHole, x: DVec3, launch: DVec3) -> Option<(DVec3, f64)> {
     let world = World::new(Vec::<Geometry>::new(), Box::new(Empty), Some(*hole), DVec3::ZERO);
-    let mut log = TraceLog::default();
-    match Exact::new(Tolerance::Absolute(1e-9), 1_000_000).trace(&world, &Ray::new(x, launch), &mut log) {
-        Arrival::Sky(direction, _) => Some((direction, log.phi)),
+    let end = Exact::new(Tolerance::Absolute(1e-9), 1_000_000).trace(&world, &Ray::new(x, launch));
+    match end.arrival {
+        Arrival::Sky(direction, _) => Some((direction, end.swept)),
         _ => None,
     }
 }

@@ -193,15 +193,16 @@ fn many_rays_are_as_each_of_them() {
         let world = world(&mut dice, &spacetime);
         let rays: Vec<Ray> = (0..20).map(|_| ray(&mut dice, &world)).collect();
         let integrator = adaptive(1e-4, &spacetime);
-        let nothing = bhs_core::integrator::Traced { arrival: Arrival::OutOfSteps, phi: 0.0 };
-        let (mut traced, mut log) = (vec![nothing; rays.len()], bhs_core::stats::TraceLog::default());
-        integrator.trace_all(&world, &rays, &mut traced, &mut log);
-        for (ray, traced) in rays.iter().zip(&traced) {
-            assert_eq!((traced.arrival, traced.phi), trace(&*integrator, &world, ray), "{name}");
+        let mut ends = vec![bhs_core::integrator::RayEnd::NONE; rays.len()];
+        integrator.trace_all(&world, &rays, &mut ends);
+        let mut counters = bhs_core::stats::Counters::default();
+        for (ray, end) in rays.iter().zip(&ends) {
+            assert_eq!((end.arrival, end.swept), trace(&*integrator, &world, ray), "{name}");
+            counters.add_ray(end);
         }
-        assert_eq!(log.counters.geodesics, 20);
-        assert!(log.counters.queries > 0 && log.counters.steps > 20, "{name}: {:?}", log.counters);
-        assert!(world.clearance.is_none() || log.counters.leaps > 0, "{name}: {:?}", log.counters);
+        assert_eq!(counters.geodesics, 20);
+        assert!(counters.queries > 0 && counters.steps > 20, "{name}: {:?}", counters);
+        assert!(world.clearance.is_none() || counters.leaps > 0, "{name}: {:?}", counters);
     }
 }
 
@@ -212,9 +213,8 @@ fn polylines_follow_the_ray_to_its_end() {
         let world = world(&mut dice, &spacetime);
         for _ in 0..10 {
             let ray = ray(&mut dice, &world);
-            let mut log = bhs_core::stats::TraceLog { polyline: Some(Vec::new()), ..Default::default() };
-            let arrival = adaptive(1e-3, &spacetime).trace(&world, &ray, &mut log);
-            let points = log.polyline.expect("it was wanted");
+            let (end, points) = adaptive(1e-3, &spacetime).polyline(&world, &ray);
+            let arrival = end.arrival;
             assert_eq!(points[0], ray.origin);
             assert!(points.iter().all(|p| p.is_finite()));
             if let Arrival::Surface(hit) = arrival {

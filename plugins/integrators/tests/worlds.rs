@@ -7,8 +7,7 @@ mod common;
 mod random;
 
 use bhs_core::blackhole::BlackHole;
-use bhs_core::integrator::{Arrival, Integrator, Ray, Sight, Traced};
-use bhs_core::stats::TraceLog;
+use bhs_core::integrator::{Arrival, Integrator, Ray, RayEnd, ShadowRay};
 use bhs_core::world::World;
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::flight::Tolerance;
@@ -21,19 +20,17 @@ use std::f64::consts::TAU;
 use std::ops::AddAssign;
 
 fn trace(integrator: &dyn Integrator, world: &World, ray: &Ray) -> End {
-    let mut log = TraceLog::default();
-    let arrival = integrator.trace(world, ray, &mut log);
-    checked(ray, Traced { arrival, phi: log.phi })
+    checked(ray, integrator.trace(world, ray))
 }
 
 /// The same of many rays at once.
 fn trace_all(integrator: &dyn Integrator, world: &World, rays: &[Ray]) -> Vec<End> {
-    let mut traced = vec![Traced { arrival: Arrival::Hole, phi: 0.0 }; rays.len()];
-    integrator.trace_all(world, rays, &mut traced, &mut TraceLog::default());
-    rays.iter().zip(traced).map(|(ray, end)| checked(ray, end)).collect()
+    let mut ends = vec![RayEnd::NONE; rays.len()];
+    integrator.trace_all(world, rays, &mut ends);
+    rays.iter().zip(ends).map(|(ray, end)| checked(ray, end)).collect()
 }
 
-fn checked(ray: &Ray, Traced { arrival, phi }: Traced) -> End {
+fn checked(ray: &Ray, RayEnd { arrival, swept: phi, .. }: RayEnd) -> End {
     let finite = match &arrival {
         Arrival::Surface(h) => h.point.is_finite() && h.direction.is_normalized() && h.barycentric.is_finite(),
         Arrival::Sky(d, _) => d.is_normalized(),
@@ -181,13 +178,12 @@ fn all_curved_integrators_agree_but_for_rays_that_pass_an_edge_within_the_tolera
     assert!(tally.ends[..3].iter().all(|n| *n > rays / 20) && tally.ends[3] == 0, "{tally:?}");
 }
 
-/// Whether something stands in the way of the connections between random points of the world number `number`: how many are looked along,
-/// how many are blocked, and of how many one by one and side by side differ.
-fn compare_sights(number: u64) -> [u64; 3] {
+/// Shadow rays between random points of the world number `number`: how many are traced, how many are occluded, and of how many one by one and side by side differ.
+fn compare_shadow_rays(number: u64) -> [u64; 3] {
     let (case, mut dice) = Case::new(number);
     let (world, integrator) = (&case.world, Adaptive::new(Tolerance::Absolute(1e-4 * case.scale), 4000));
     let connections = integrator.connections().expect("it joins points");
-    let mut sights = Vec::new();
+    let mut shadow_rays = Vec::new();
     for _ in 0..20 {
         let [x, y] = [case.ray(&mut dice).1.origin, case.ray(&mut dice).1.origin];
         for connection in connections
@@ -195,7 +191,7 @@ fn compare_sights(number: u64) -> [u64; 3] {
             .into_iter()
             .flatten()
         {
-            sights.push(Sight {
+            shadow_rays.push(ShadowRay {
                 start: Ray::new(x, connection.launch),
                 from: x,
                 to: bhs_core::spacetime::Place::near(y),
@@ -204,19 +200,21 @@ fn compare_sights(number: u64) -> [u64; 3] {
             });
         }
     }
-    let mut together = vec![false; sights.len()];
-    let mut log = TraceLog::default();
-    connections.visible_all(world, &sights, &mut together, &mut log);
-    let alone: Vec<bool> = sights.iter().map(|s| connections.visible(world, s, &mut log)).collect();
+    let mut together = vec![false; shadow_rays.len()];
+    connections.occluded_all(world, &shadow_rays, &mut together);
+    let mut alone = vec![false; shadow_rays.len()];
+    for (ray, alone) in shadow_rays.chunks(1).zip(alone.chunks_mut(1)) {
+        connections.occluded_all(world, ray, alone);
+    }
     let differ = alone.iter().zip(&together).filter(|(a, b)| a != b).count();
-    [sights.len(), together.iter().filter(|v| !**v).count(), differ].map(|n| n as u64)
+    [shadow_rays.len(), together.iter().filter(|occluded| **occluded).count(), differ].map(|n| n as u64)
 }
 
 #[test]
-fn several_connections_are_blocked_as_each_is() {
+fn several_shadow_rays_are_occluded_as_each_is() {
     let mut sums = [0; 3];
     for number in 0..400 {
-        sums.iter_mut().zip(compare_sights(number)).for_each(|(sum, n)| *sum += n);
+        sums.iter_mut().zip(compare_shadow_rays(number)).for_each(|(sum, n)| *sum += n);
     }
     let [all, blocked, differ] = sums;
     eprintln!("{all} connections, {blocked} blocked, {differ} differ");
@@ -268,8 +266,7 @@ fn odd_rays_end_too() {
     let tolerance = Tolerance::DEFAULT;
     let tracers: [&dyn Integrator; 3] = [&Exact::new(tolerance, 1000), &Adaptive::new(tolerance, 1000), &Rk4::new(0.1, 1000)];
     for tracer in tracers {
-        let trace =
-            |origin: DVec3, direction: DVec3| tracer.trace(&world, &Ray::new(origin, direction), &mut TraceLog::default());
+        let trace = |origin: DVec3, direction: DVec3| tracer.trace(&world, &Ray::new(origin, direction)).arrival;
         assert_eq!(trace(inside, DVec3::X), Arrival::Hole);
         assert_eq!(trace(DVec3::X * 0.2, DVec3::X), Arrival::Hole);
         assert_eq!(trace(DVec3::ZERO, DVec3::X), Arrival::Hole);
@@ -289,13 +286,12 @@ fn a_hole_without_size_is_none() {
     flat.hole = flat.hole.map(|h| BlackHole { rs: 0.0, ..h });
     for _ in 0..200 {
         let ray = Ray::new(dice.point(1.0), dice.direction());
-        let straight = Straight.trace(&flat, &ray, &mut TraceLog::default());
+        let straight = Straight.trace(&flat, &ray).arrival;
         let tolerance = Tolerance::DEFAULT;
         let tracers: [&dyn Integrator; 3] = [&Exact::new(tolerance, 1000), &Adaptive::new(tolerance, 1000), &Rk4::new(0.1, 1000)];
         for tracer in tracers {
-            let mut log = TraceLog::default();
-            assert_eq!(tracer.trace(&flat, &ray, &mut log), straight);
-            assert_eq!(log.counters.queries, 1);
+            let end = tracer.trace(&flat, &ray);
+            assert_eq!((end.arrival, end.cost.queries), (straight, 1));
         }
     }
 }
@@ -308,16 +304,16 @@ fn a_tiny_hole_changes_nothing_visible() {
     let tiny = &case.world;
     for _ in 0..500 {
         let ray = Ray::new(dice.point(1.0), dice.direction());
-        let straight = Straight.trace(tiny, &ray, &mut TraceLog::default());
+        let straight = Straight.trace(tiny, &ray).arrival;
         let tolerance = Tolerance::DEFAULT;
         for tracer in [&Exact::new(tolerance, 1000) as &dyn Integrator, &Adaptive::new(tolerance, 1000)] {
-            let mut log = TraceLog::default();
-            let curved = tracer.trace(tiny, &ray, &mut log);
+            let end = tracer.trace(tiny, &ray);
+            let curved = end.arrival;
             assert_eq!(case.outcome(&straight), case.outcome(&curved));
             if let (Arrival::Surface(a), Arrival::Surface(b)) = (&straight, &curved) {
                 assert!((a.point - b.point).length() < 1e-9, "{a:?} {b:?}");
             }
-            assert!(log.counters.queries <= 6, "{log:?}");
+            assert!(end.cost.queries <= 6, "{end:?}");
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! Places are the cells of a grid over the scene, each for six kinds of surfaces, by the axis that their normal is closest to. The
 //! hemisphere over a surface is unrolled to a square on which Lambert's law is uniform, and a [`Warp`] of that square is what
-//! directions are drawn from. Paths teach it: the light that a path found in a direction, over the density of that direction, adds up to
-//! the light from that part of the hemisphere, cosine included. Light that is aimed at has no part in it.
+//! directions are drawn from. It is trained by paths: the light that a path found in a direction, over the density of that direction, adds up to
+//! the light from that part of the hemisphere, cosine included. Light that light sampling finds has no part in it.
 //!
 //! What is learned counts from the next wave of a render on, so that no sample depends on those of its own wave; sums are of
 //! integers, so that they do not depend on the order in which threads add to them.
@@ -23,14 +23,14 @@ use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64};
 
 /// Cells along the longest side of the scene.
 const CELLS: f64 = 16.0;
-/// Share of the directions that follow what was learned, where much was; the others follow Lambert's law.
-const TRUST: f32 = 0.7;
-/// Samples after which half of that share is reached.
-const HESITATION: f32 = 200.0;
-/// Samples below which a cell guides nothing.
-const FEWEST: u32 = 16;
-/// Waves that teach: later ones have little to add.
-const LESSONS: u32 = 12;
+/// Mixing probability: share of the directions that follow what was learned, where much was; the others follow Lambert's law.
+const MIXING_PROBABILITY: f32 = 0.7;
+/// Weight of Lambert's law as a prior, in samples: after as many, half of that share is reached.
+const PRIOR_WEIGHT: f32 = 200.0;
+/// Least count of samples with which a cell guides.
+const LEAST_SAMPLES: u32 = 16;
+/// Waves that train it: later ones have little to add.
+const TRAINING_WAVES: u32 = 12;
 
 /// Slots of places: not seen yet, seen in this wave; above them, the number of the cell and two.
 const UNSEEN: u32 = 0;
@@ -71,9 +71,9 @@ pub struct Place<'a> {
     side: f32,
 }
 
-/// A direction that was drawn, and what was known then: learned from once the path has ended.
+/// A training record: a direction that was drawn, and what was known then. Learned from once the path has ended.
 #[derive(Clone, Copy)]
-pub struct Lesson {
+pub struct TrainingRecord {
     cell: Option<u32>,
     square: u32,
     density: f32,
@@ -141,15 +141,15 @@ impl Guide {
         Place { warp, cell, x: frame.x, y: frame.y, side }
     }
 
-    /// Whether paths still teach.
+    /// Whether paths still train it.
     #[inline]
     pub fn learns(&self) -> bool {
-        self.waves < LESSONS
+        self.waves < TRAINING_WAVES
     }
 
     /// Learns from a path that has found `after` altogether.
-    pub fn learn(&self, lesson: &Lesson, after: f32) {
-        let radiance = lesson.before.map_or(0.0, |before| (after - before) / lesson.throughput);
+    pub fn learn(&self, record: &TrainingRecord, after: f32) {
+        let radiance = record.before.map_or(0.0, |before| (after - before) / record.throughput);
         // Nothing, or nothing that can be reckoned with.
         let finds = radiance.is_normal() && radiance > 0.0;
         if self.units == 0.0 {
@@ -159,13 +159,13 @@ impl Guide {
             }
             return;
         }
-        let Some(cell) = lesson.cell else { return };
+        let Some(cell) = record.cell else { return };
         let cell = &self.cells[cell as usize];
         cell.samples.fetch_add(1, Relaxed);
         if finds {
             // Up to 2^24 times the usual, so that sums have room for millions of samples.
-            let share = (f64::from(radiance / lesson.density) * self.units).min((1_u64 << 40) as f64);
-            cell.sums[lesson.square as usize].fetch_add(share as u64, Relaxed);
+            let share = (f64::from(radiance / record.density) * self.units).min((1_u64 << 40) as f64);
+            cell.sums[record.square as usize].fetch_add(share as u64, Relaxed);
         }
     }
 
@@ -204,11 +204,11 @@ impl Cell {
         let samples = *self.samples.get_mut();
         let sums = self.sums.each_mut().map(|s| *s.get_mut() as f32);
         let total: f32 = sums.iter().sum();
-        if samples < FEWEST || total <= 0.0 {
+        if samples < LEAST_SAMPLES || total <= 0.0 {
             return None;
         }
-        let trust = TRUST * samples as f32 / (samples as f32 + HESITATION);
-        Some(Warp::new(&sums.map(|s| 1.0 - trust + trust * SQUARES as f32 * s / total)))
+        let mixing = MIXING_PROBABILITY * samples as f32 / (samples as f32 + PRIOR_WEIGHT);
+        Some(Warp::new(&sums.map(|s| 1.0 - mixing + mixing * SQUARES as f32 * s / total)))
     }
 }
 
@@ -259,8 +259,8 @@ impl Place<'_> {
 
     /// What is to be learned from a path that goes on in the direction `guided` with the weight `throughput`.
     #[inline]
-    pub fn lesson(&self, guided: &Guided, throughput: f32) -> Lesson {
-        Lesson { cell: self.cell, square: guided.square as u32, density: guided.density, throughput, before: None }
+    pub fn record(&self, guided: &Guided, throughput: f32) -> TrainingRecord {
+        TrainingRecord { cell: self.cell, square: guided.square as u32, density: guided.density, throughput, before: None }
     }
 }
 
@@ -294,7 +294,7 @@ mod tests {
     }
 
     /// Waves of samples over a floor that looks up, drawn and learned by `threads` threads.
-    pub(super) fn taught(threads: u64, waves: u64) -> Guide {
+    pub(super) fn trained(threads: u64, waves: u64) -> Guide {
         let mut guide = guide();
         let per_wave = 6000;
         for wave in 0..waves {
@@ -307,9 +307,9 @@ mod tests {
                             let axes = [DVec3::Z, DVec3::X, DVec3::Y];
                             let place = shared.place_at(POINT, axes, 1.0);
                             let drawn = place.sample(Vec2::new(number(2 * i), number(2 * i + 1)));
-                            let mut lesson = place.lesson(&drawn, 0.5);
-                            lesson.before = Some(2.0);
-                            shared.learn(&lesson, 2.0 + 0.5 * light(&axes, drawn.wi));
+                            let mut record = place.record(&drawn, 0.5);
+                            record.before = Some(2.0);
+                            shared.learn(&record, 2.0 + 0.5 * light(&axes, drawn.wi));
                         }
                     });
                 }
@@ -344,13 +344,13 @@ mod tests {
 
     #[test]
     fn what_is_learned_is_the_light() {
-        let guide = taught(1, 4);
+        let guide = trained(1, 4);
         let axes = [DVec3::Z, DVec3::X, DVec3::Y];
         let place = guide.place_at(POINT, axes, 1.0);
-        // Two waves have taught the third and last one: half of the hemisphere has ten times the light of the other half.
+        // Two waves have trained the third and last one: half of the hemisphere has ten times the light of the other half.
         let samples = 12_000.0;
-        let trust = TRUST * samples / (samples + HESITATION);
-        let [bright, dim] = [1.0, 0.1].map(|light| 1.0 - trust + trust * light / 0.55);
+        let mixing = MIXING_PROBABILITY * samples / (samples + PRIOR_WEIGHT);
+        let [bright, dim] = [1.0, 0.1].map(|light| 1.0 - mixing + mixing * light / 0.55);
         for i in 0..500 {
             let wi = cosine_hemisphere(Vec2::new(number(3 * i), number(3 * i + 1)));
             let expected = if light(&axes, wi) == 1e9 { bright } else { dim };
@@ -365,7 +365,7 @@ mod tests {
 
     #[test]
     fn threads_do_not_change_what_is_learned() {
-        let [one, many] = [1, 5].map(|threads| taught(threads, 4));
+        let [one, many] = [1, 5].map(|threads| trained(threads, 4));
         assert_eq!(one.units, many.units);
         assert!(one.warps.len() == 1 && many.warps.len() == 1);
         assert_eq!(format!("{:?}", one.warps), format!("{:?}", many.warps));

@@ -1,6 +1,6 @@
 //! `hemisphere`: the paper's light transport, and the oracle of every cleverer one.
 //!
-//! At every bounce a direction is drawn uniformly from the hemisphere above the surface; lamps are found by running into them.
+//! At every bounce a direction is drawn uniformly from the hemisphere above the surface; only directions that run into a light find it.
 //! Mirrors, glass and varnish, which scatter not only into that hemisphere, choose their own direction. Works under any integrator.
 //! Source: Aikawa, Zhou and Wang 2019, section 3.
 //!
@@ -14,14 +14,14 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Ray, Traced};
+use bhs_core::integrator::Arrival;
 use bhs_core::params::Params;
 use bhs_core::path_log::PathEvent;
-use bhs_core::sampling::{SampleStream, uniform_hemisphere};
+use bhs_core::sampling::uniform_hemisphere;
 use bhs_core::scene::Scene;
-use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
-use bhs_core::stats::TraceLog;
-use bhs_core::transport::LightTransport;
+use bhs_core::spectrum::SampledSpectrum;
+use bhs_core::stats::PathLog;
+use bhs_core::transport::{LightTransport, PathSample};
 use std::f32::consts::TAU;
 
 /// Density of a direction over a hemisphere (1/sr).
@@ -29,7 +29,7 @@ const FRAC_1_TAU: f32 = 1.0 / TAU;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn LightTransport> =
-    Plugin { name: "hemisphere", summary: "uniform hemisphere sampling at every bounce, lamps found by chance", build };
+    Plugin { name: "hemisphere", summary: "uniform hemisphere sampling at every bounce, no light sampling", build };
 
 struct Hemisphere {
     max_depth: u32,
@@ -41,23 +41,21 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
 }
 
 impl LightTransport for Hemisphere {
-    fn radiance(
-        &self,
-        scene: &Scene,
-        mut ray: Ray,
-        lambda: &SampledWavelengths,
-        stream: &mut SampleStream,
-        log: &mut TraceLog,
-    ) -> SampledSpectrum {
+    fn follow(&self, scene: &Scene, path: &mut PathSample, log: &mut PathLog) {
+        let stream = &mut path.stream;
+        let mut ray = path.ray;
         let mut radiance = SampledSpectrum::ZERO;
         let mut throughput = SampledSpectrum::ONE;
         // Those that the path still has.
-        let mut lambda = *lambda;
+        let mut lambda = path.lambda;
         for depth in 0..=self.max_depth {
-            let arrival = scene.integrator.trace(&scene.world, &ray, log);
-            let end = Traced { arrival, phi: log.phi };
+            let end = scene.integrator.trace(&scene.world, &ray);
+            log.counters.add_ray(&end);
+            if depth == 0 {
+                path.first = end;
+            }
             log.note(|| PathEvent::Traced { ray, end, throughput, lambda_nm: lambda.lambda_nm });
-            let hit = match arrival {
+            let hit = match end.arrival {
                 Arrival::Surface(hit) => hit,
                 Arrival::Sky(direction, side) => {
                     let found = throughput * scene.sky((direction, side), &lambda);
@@ -68,7 +66,7 @@ impl LightTransport for Hemisphere {
                 Arrival::Hole | Arrival::OutOfSteps => break,
             };
             let Some(vertex) = scene.vertex(hit, &lambda) else {
-                log.counters.inside_horizon += 1;
+                log.counters.no_static_observer += 1;
                 break;
             };
             let found = throughput * vertex.emitted();
@@ -111,6 +109,6 @@ impl LightTransport for Hemisphere {
             let footprint = if specular { ray.footprint } else { scene.footprints.rough };
             ray = vertex.spawn(&scene.world, wi, footprint);
         }
-        radiance
+        path.radiance = radiance;
     }
 }

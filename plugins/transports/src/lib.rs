@@ -1,10 +1,10 @@
 //! Light transport. One file, one plugin.
 
-mod aimed;
 mod guide;
 mod hemisphere;
 mod normals;
 mod path;
+mod shadow_rays;
 mod warp;
 
 use bhs_core::Plugin;
@@ -15,5 +15,5 @@ pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, normals::PL
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["aimed", "guide", "warp"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["guide", "shadow_rays", "warp"]);
 }

@@ -7,14 +7,14 @@
 //! WorldBegin
 //! ```
 
+use arrayvec::ArrayVec;
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Ray, Traced};
+use bhs_core::integrator::{Arrival, Ray, RayEnd};
 use bhs_core::path_log::PathEvent;
-use bhs_core::sampling::SampleStream;
 use bhs_core::scene::Scene;
-use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
-use bhs_core::stats::TraceLog;
-use bhs_core::transport::LightTransport;
+use bhs_core::spectrum::SampledSpectrum;
+use bhs_core::stats::PathLog;
+use bhs_core::transport::{BATCH, LightTransport, PathSample};
 use glam::DVec3;
 
 /// The entry of this file in the crate's list.
@@ -24,22 +24,35 @@ pub const PLUGIN: Plugin<dyn LightTransport> =
 struct Normals;
 
 impl LightTransport for Normals {
-    fn radiance(
-        &self,
-        scene: &Scene,
-        ray: Ray,
-        lambda: &SampledWavelengths,
-        _: &mut SampleStream,
-        log: &mut TraceLog,
-    ) -> SampledSpectrum {
-        // Black where the ray meets nothing.
-        let arrival = scene.integrator.trace(&scene.world, &ray, log);
-        let end = Traced { arrival, phi: log.phi };
-        log.note(|| PathEvent::Traced { ray, end, throughput: SampledSpectrum::ONE, lambda_nm: lambda.lambda_nm });
-        let Arrival::Surface(hit) = arrival else { return SampledSpectrum::ZERO };
-        let normal = scene.world.surface(&hit).shading_normal;
-        let colour = 0.5 * (normal + DVec3::ONE);
-        // The light that a film shows as this colour.
-        bhs_spectra::rgb_emission(colour.as_vec3().to_array(), lambda.lambda_nm)
+    fn follow(&self, scene: &Scene, path: &mut PathSample, log: &mut PathLog) {
+        self.follow_all(scene, std::slice::from_mut(path), log);
     }
+
+    fn follow_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
+        for paths in paths.chunks_mut(BATCH) {
+            let rays: ArrayVec<Ray, BATCH> = paths.iter().map(|path| path.ray).collect();
+            let mut ends = [RayEnd::NONE; BATCH];
+            scene.integrator.trace_all(&scene.world, &rays, &mut ends[..rays.len()]);
+            for (path, end) in paths.iter_mut().zip(&ends) {
+                show(scene, path, end, log);
+            }
+        }
+    }
+}
+
+/// Writes what `path` finds whose ray has come to `end`: black where it meets nothing.
+fn show(scene: &Scene, path: &mut PathSample, end: &RayEnd, log: &mut PathLog) {
+    let (ray, throughput, lambda_nm) = (path.ray, SampledSpectrum::ONE, path.lambda.lambda_nm);
+    log.counters.add_ray(end);
+    log.note(|| PathEvent::Traced { ray, end: *end, throughput, lambda_nm });
+    path.first = *end;
+    path.radiance = match end.arrival {
+        Arrival::Surface(hit) => {
+            let normal = scene.world.surface(&hit).shading_normal;
+            let colour = 0.5 * (normal + DVec3::ONE);
+            // The light that a film shows as this colour.
+            bhs_spectra::rgb_emission(colour.as_vec3().to_array(), lambda_nm)
+        }
+        _ => SampledSpectrum::ZERO,
+    };
 }

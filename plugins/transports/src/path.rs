@@ -1,29 +1,28 @@
-//! `path`: path tracing with light sampling along the geodesics that join a surface and a lamp.
+//! `path`: path tracing with light sampling (next-event estimation) along the geodesics that join a surface and a light.
 //!
 //! Directions follow the material (BSDF sampling); paths end by Russian roulette once they carry little. At every rough surface
-//! also a point of a lamp is drawn, and all geodesics that the integrator finds to it are followed: in flat space one, around a
+//! also a point of a light is drawn, and shadow rays are traced along all geodesics that the integrator finds to it: in flat space one, around a
 //! hole the direct one and the one that goes round the other side (and more, if the integrator is asked for them). Both techniques
 //! are weighted by multiple importance sampling (balance heuristic; Veach and Guibas 1995). A point drawn with density p per
 //! chart area is one drawn with density `p spread / |cos theta_y|` per chart solid angle, whatever way the light travels in between.
 //!
-//! What stands in the way of a geodesic costs most to find out, and the light that went round the hole is mostly faint, as is much of
-//! what later bounces find: a geodesic that carries less than a share [`FAINT`] of what all to the same point carry, or of what the path
-//! has found already, is looked along with a probability in proportion to what it carries, and counts the more. That changes no
-//! mean.
+//! Shadow rays cost most, and the light that went round the hole is mostly faint, as is much of what later bounces find: where a geodesic
+//! carries less than a share `FAINT` of what all to the same point carry, or of what the path has found already, its shadow ray is traced with
+//! a probability in proportion to what it carries, and counts the more (Russian roulette). That changes no mean.
 //!
 //! With `guiding`, a render learns where light comes from while it goes on, and matt surfaces choose part of their directions by that
 //! ([`Guide`]): where only light from elsewhere arrives, in shadows and on ceilings, noise falls most. No sample's mean depends on what
 //! was learned, for those that follow have numbers of their own. Weights then say little about what a path is worth, for they
 //! are small where much light is expected; roulette ends paths by what surfaces reflect.
 //!
-//! Paths are followed together, bounce by bounce: first all their rays, then, at the surfaces, all the geodesics to lamps; for integrators
+//! Paths are followed together, bounce by bounce: first all their rays, then, from the surfaces, all the shadow rays to lights; for integrators
 //! that follow several at once.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `maxdepth` | integer | 5 | bounces | longest path |
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
-//! | `lightsampling` | bool | true | | whether lamps are aimed at; if not, they are found by chance alone |
+//! | `lightsampling` | bool | true | | whether lights are sampled too (next-event estimation), or directions by the material alone |
 //! | `guiding` | bool | false | | whether directions follow what was learned of the light |
 //!
 //! ```bhs
@@ -31,20 +30,20 @@
 //! WorldBegin
 //! ```
 
-use crate::aimed::{Aimed, Images, Sought};
-use crate::guide::{Guide, Lesson, Place};
+use crate::guide::{Guide, Place, TrainingRecord};
+use crate::shadow_rays::{BatchConnections, LightSampleAt, PendingShadowRays};
 use arrayvec::ArrayVec;
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Ray, Traced};
+use bhs_core::integrator::{Arrival, Connections, Ray, RayEnd};
 use bhs_core::light_sampling::LightSample;
 use bhs_core::material::BsdfSample;
 use bhs_core::params::Params;
 use bhs_core::path_log::PathEvent;
-use bhs_core::sampling::{SampleStream, balance_heuristic};
+use bhs_core::sampling::balance_heuristic;
 use bhs_core::scene::{Scene, Vertex};
 use bhs_core::spacetime::{self, Side};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
-use bhs_core::stats::TraceLog;
+use bhs_core::stats::PathLog;
 use bhs_core::transport::{BATCH, LightTransport, PathSample};
 use glam::{DVec3, Vec2};
 use std::f32::consts::FRAC_1_PI;
@@ -66,15 +65,20 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
     let max_depth = p.get_in("maxdepth", 5, 0..=1_000_000, "bounces", "longest path") as u32;
     let roulette_depth =
         p.get_in("rrdepth", 3, 0..=1_000_000, "bounces", "first bounce at which a path may end by roulette") as u32;
-    let light_sampling = p.get("lightsampling", true, "", "whether lamps are aimed at; if not, they are found by chance alone");
+    let light_sampling = p.get(
+        "lightsampling",
+        true,
+        "",
+        "whether lights are sampled too (next-event estimation), or directions by the material alone",
+    );
     let guiding = p.get("guiding", false, "", "whether directions follow what was learned of the light");
     Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding, guide: None }))
 }
 
-/// First bounces of each path that teach.
-const TEACHING: usize = 3;
+/// First bounces of each path that a guide learns from.
+const MOST_RECORDS: usize = 3;
 
-/// How the ray under way was chosen: what a lamp that it finds is weighted against.
+/// How the ray under way was chosen: what a light that it finds is weighted against.
 struct Chosen {
     /// Where it left: the point of the surface itself.
     from: spacetime::Place,
@@ -85,9 +89,9 @@ struct Chosen {
 }
 
 impl Chosen {
-    /// The weight of this technique for the emission that `ray` has found at `vertex` after sweeping `phi`.
-    fn weight(&self, scene: &Scene, connections: &dyn Connections, ray: &Ray, vertex: &Vertex, phi: f64) -> f32 {
-        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, scene.world.place_of(&vertex.hit), phi)
+    /// The weight of this technique for the emission that `ray` has found at `vertex` after sweeping `swept`.
+    fn weight(&self, scene: &Scene, connections: &dyn Connections, ray: &Ray, vertex: &Vertex, swept: f64) -> f32 {
+        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, scene.world.place_of(&vertex.hit), swept)
         else {
             return 1.0;
         };
@@ -95,17 +99,17 @@ impl Chosen {
         balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
     }
 
-    /// The light of the sky that `ray` has found in the direction `sky.0` on the side `sky.1` after sweeping `phi`, weighted likewise.
+    /// The light of the sky that `ray` has found in the direction `sky.0` on the side `sky.1` after sweeping `swept`, weighted likewise.
     fn sky(
         &self,
         scene: &Scene,
         connections: &dyn Connections,
         ray: &Ray,
         sky: (DVec3, Side),
-        phi: f64,
+        swept: f64,
         lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
-        scene.sky_weighted(sky, lambda, |pdf| match connections.spread_sky(&scene.world, self.from, ray.direction, sky, phi) {
+        scene.sky_weighted(sky, lambda, |pdf| match connections.spread_sky(&scene.world, self.from, ray.direction, sky, swept) {
             Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
             None => 1.0,
         })
@@ -120,22 +124,22 @@ struct State {
     throughput: SampledSpectrum,
     /// The wavelengths that it still has.
     lambda: SampledWavelengths,
-    /// `None` after the camera and after specular bounces: nothing but chance finds lamps there.
+    /// `None` after the camera and after specular bounces: only BSDF sampling finds light there.
     chosen: Option<Chosen>,
     /// How much less it weighs because its directions were more likely than the materials would have made them.
     guided: f32,
-    /// What is to be learned from it.
-    lessons: ArrayVec<Lesson, TEACHING>,
+    /// What a guide learns from it.
+    records: ArrayVec<TrainingRecord, MOST_RECORDS>,
 }
 
 impl State {
     fn new(path: &PathSample) -> Self {
         let throughput = SampledSpectrum::ONE;
-        Self { ray: path.ray, throughput, lambda: path.lambda, chosen: None, guided: 1.0, lessons: ArrayVec::new() }
+        Self { ray: path.ray, throughput, lambda: path.lambda, chosen: None, guided: 1.0, records: ArrayVec::new() }
     }
 
     /// A direction of a matt surface by what was learned at `place`.
-    fn guide(&mut self, place: &Place, teaches: bool, vertex: &Vertex, u: Vec2) -> Option<BsdfSample> {
+    fn guide(&mut self, place: &Place, trains: bool, vertex: &Vertex, u: Vec2) -> Option<BsdfSample> {
         let drawn = place.sample(u);
         let wi = drawn.wi;
         let pdf = drawn.density * wi.z.abs() * FRAC_1_PI;
@@ -145,32 +149,22 @@ impl State {
         }
         let weight = vertex.material.evaluate(&vertex.shading, vertex.wo, wi) / pdf;
         self.guided *= drawn.density.max(1.0);
-        if teaches {
-            // When there is no room, the path has taught enough.
-            let _ = self.lessons.try_push(place.lesson(&drawn, (self.throughput * weight).mean()));
+        if trains {
+            // Where there is no room, enough is learned from this path.
+            let _ = self.records.try_push(place.record(&drawn, (self.throughput * weight).mean()));
         }
         Some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false })
     }
 }
 
 impl LightTransport for Path {
-    fn radiance(
-        &self,
-        scene: &Scene,
-        ray: Ray,
-        lambda: &SampledWavelengths,
-        stream: &mut SampleStream,
-        log: &mut TraceLog,
-    ) -> SampledSpectrum {
-        let mut path = PathSample { ray, lambda: *lambda, stream: stream.clone(), radiance: SampledSpectrum::ZERO };
-        self.follow(scene, std::slice::from_mut(&mut path), log);
-        *stream = path.stream;
-        path.radiance
+    fn follow(&self, scene: &Scene, path: &mut PathSample, log: &mut PathLog) {
+        self.follow_batch(scene, std::slice::from_mut(path), log);
     }
 
-    fn radiance_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
+    fn follow_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
         for paths in paths.chunks_mut(BATCH) {
-            self.follow(scene, paths, log);
+            self.follow_batch(scene, paths, log);
         }
     }
 
@@ -207,12 +201,12 @@ impl LightTransport for Path {
 
 impl Path {
     /// Follows up to [`BATCH`] paths to their ends.
-    fn follow(&self, scene: &Scene, paths: &mut [PathSample], log: &mut TraceLog) {
+    fn follow_batch(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
         let guide = self.guide.as_ref();
-        let aims = self.light_sampling && scene.light_choice.total() > 0.0;
-        let connections = scene.integrator.connections().filter(|_| aims);
+        let samples_lights = self.light_sampling && scene.light_choice.total() > 0.0;
+        let connections = scene.integrator.connections().filter(|_| samples_lights);
         let mut states: ArrayVec<State, BATCH> = paths.iter().map(State::new).collect();
-        let (mut images, mut aimed) = (Images::default(), Aimed::default());
+        let (mut found, mut pending) = (BatchConnections::default(), PendingShadowRays::default());
         for path in &mut *paths {
             path.radiance = SampledSpectrum::ZERO;
         }
@@ -220,11 +214,15 @@ impl Path {
         let mut underway: ArrayVec<usize, BATCH> = (0..paths.len()).collect();
         for depth in 0..=self.max_depth {
             let rays: ArrayVec<Ray, BATCH> = underway.iter().map(|i| states[*i].ray).collect();
-            let mut traced = [Traced { arrival: Arrival::Hole, phi: 0.0 }; BATCH];
-            scene.integrator.trace_all(&scene.world, &rays, &mut traced[..rays.len()], log);
+            let mut ends = [RayEnd::NONE; BATCH];
+            scene.integrator.trace_all(&scene.world, &rays, &mut ends[..rays.len()]);
             // Where they have arrived, if they may go on from there.
             let mut met: ArrayVec<Met, BATCH> = ArrayVec::new();
-            for (i, end) in underway.iter().zip(&traced) {
+            for (i, end) in underway.iter().zip(&ends) {
+                log.counters.add_ray(end);
+                if depth == 0 {
+                    paths[*i].first = *end;
+                }
                 let State { ray, throughput, lambda, .. } = &states[*i];
                 log.note(|| PathEvent::Traced { ray: *ray, end: *end, throughput: *throughput, lambda_nm: lambda.lambda_nm });
                 let at = Bounce { scene, connections, path: &mut paths[*i], state: &mut states[*i] };
@@ -236,7 +234,7 @@ impl Path {
                 }
             }
             if let Some(connections) = connections {
-                self.aim(scene, connections, &met, (&mut *paths, &states), (&mut images, &mut aimed), log);
+                self.sample_lights(scene, connections, &met, (&mut *paths, &states), (&mut found, &mut pending), log);
             }
             underway.clear();
             for Met { index, vertex, place } in &met {
@@ -246,7 +244,7 @@ impl Path {
                 }
             }
             if let Some(connections) = connections {
-                aimed.look(scene, connections, paths, log);
+                pending.trace(scene, connections, paths, log);
             }
             if underway.is_empty() {
                 break;
@@ -254,20 +252,20 @@ impl Path {
         }
         if let Some(guide) = guide {
             for (state, path) in states.iter().zip(paths) {
-                state.lessons.iter().for_each(|lesson| guide.learn(lesson, path.radiance.mean()));
+                state.records.iter().for_each(|record| guide.learn(record, path.radiance.mean()));
             }
         }
     }
 
-    /// Draws a point of a lamp for every rough one of the vertices `met` and notes what may arrive from there.
-    fn aim(
+    /// Draws a point of a light for every rough one of the vertices `met` and adds the shadow rays that lead there to `pending`.
+    fn sample_lights(
         &self,
         scene: &Scene,
         connections: &dyn Connections,
         met: &[Met],
         (paths, states): (&mut [PathSample], &[State]),
-        (images, aimed): (&mut Images, &mut Aimed),
-        log: &mut TraceLog,
+        (found, pending): (&mut BatchConnections, &mut PendingShadowRays),
+        log: &mut PathLog,
     ) {
         let mut drawn: ArrayVec<(&Met, LightSample), BATCH> = ArrayVec::new();
         for met in met.iter().filter(|m| !m.vertex.material.is_specular()) {
@@ -277,17 +275,17 @@ impl Path {
                 drawn.push((met, light));
             }
         }
-        images.find(scene, connections, drawn.iter().map(|(met, light)| (scene.world.place_of(&met.vertex.hit), light)));
+        found.find(scene, connections, drawn.iter().map(|(met, light)| (scene.world.place_of(&met.vertex.hit), light)));
         for (k, (Met { index, vertex, place }, light)) in drawn.iter().enumerate() {
             let (path, State { throughput, lambda, .. }) = (&mut paths[*index], &states[*index]);
             let (throughput, path_number) = (*throughput, *index);
-            let sought = Sought { scene, vertex, light, lambda, throughput, path: path_number, place: place.as_ref() };
-            // Along straight lines it costs so little to look that leaving light to chance only adds noise.
+            let sample = LightSampleAt { scene, vertex, light, lambda, throughput, path: path_number, place: place.as_ref() };
+            // Straight shadow rays cost so little that roulette only adds noise.
             if scene.bends() {
-                let found = path.radiance.max() / throughput.max();
-                sought.bent(images.of(k), found, path.stream.next_1d(), aimed, log);
+                let so_far = path.radiance.max() / throughput.max();
+                sample.bent(found.of(k), so_far, path.stream.next_1d(), pending, log);
             } else {
-                sought.straight(images.of(k), aimed, log);
+                sample.straight(found.of(k), pending, log);
             }
         }
     }
@@ -313,16 +311,16 @@ struct Bounce<'a, 'p, 's> {
 impl<'s> Bounce<'_, '_, 's> {
     /// What the ray that ended at `end` has found; the vertex there, if it is one.
     #[inline(always)]
-    fn arrive(self, end: &Traced, log: &mut TraceLog) -> Option<Vertex<'s>> {
+    fn arrive(self, end: &RayEnd, log: &mut PathLog) -> Option<Vertex<'s>> {
         let Self { scene, connections, path, state } = self;
-        if let Some(lesson) = state.lessons.last_mut().filter(|l| l.before.is_none()) {
-            lesson.before = Some(path.radiance.mean());
+        if let Some(record) = state.records.last_mut().filter(|r| r.before.is_none()) {
+            record.before = Some(path.radiance.mean());
         }
         let hit = match end.arrival {
             Arrival::Surface(hit) => hit,
             Arrival::Sky(direction, side) => {
                 let sky = match (connections, &state.chosen) {
-                    (Some(c), Some(chosen)) => chosen.sky(scene, c, &state.ray, (direction, side), end.phi, &state.lambda),
+                    (Some(c), Some(chosen)) => chosen.sky(scene, c, &state.ray, (direction, side), end.swept, &state.lambda),
                     _ => scene.sky((direction, side), &state.lambda),
                 };
                 let found = state.throughput * sky;
@@ -333,12 +331,12 @@ impl<'s> Bounce<'_, '_, 's> {
             Arrival::Hole | Arrival::OutOfSteps => return None,
         };
         let Some(vertex) = scene.vertex(hit, &state.lambda) else {
-            log.counters.inside_horizon += 1;
+            log.counters.no_static_observer += 1;
             return None;
         };
         if vertex.emitter.is_some() {
             let weight = match (connections, &state.chosen) {
-                (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.phi),
+                (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.swept),
                 _ => 1.0,
             };
             let found = state.throughput * vertex.emitted() * weight;
@@ -349,7 +347,7 @@ impl<'s> Bounce<'_, '_, 's> {
     }
 
     /// The path's next direction from `vertex`: by what was learned, if anything, else by the material. Whether it goes on.
-    fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &Place)>, roulette: bool, log: &mut TraceLog) -> bool {
+    fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &Place)>, roulette: bool, log: &mut PathLog) -> bool {
         let Self { scene, path, state, .. } = self;
         let stream = &mut path.stream;
         let (choice, u) = (stream.next_1d(), stream.next_2d());

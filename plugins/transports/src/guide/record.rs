@@ -96,12 +96,12 @@ impl Bytes<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{guide, taught};
+    use super::super::tests::{guide, trained};
 
     #[test]
     fn what_is_saved_is_restored_to_the_bit() {
         for waves in [0, 1, 4] {
-            let saved = taught(1, waves).save();
+            let saved = trained(1, waves).save();
             let mut restored = guide();
             restored.restore(&saved).expect("it fits");
             assert_eq!(restored.save(), saved, "{waves} waves");
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn nothing_that_is_damaged_is_restored() {
-        let saved = taught(1, 4).save();
+        let saved = trained(1, 4).save();
         for length in (0..saved.len()).step_by(97) {
             assert!(guide().restore(&saved[..length]).is_err(), "{length} bytes");
         }

@@ -1,0 +1,240 @@
+//! Light sampling along geodesics (next-event estimation): what each may contribute is found first, the shadow rays of all are traced
+//! afterwards, together.
+
+use crate::guide::Place;
+use arrayvec::ArrayVec;
+use bhs_core::integrator::{Connection, ConnectionPair, Connections, MOST_TURNS, Ray, ShadowRay};
+use bhs_core::light_sampling::{LightSample, LightSource};
+use bhs_core::path_log::{LightPlace, PathEvent};
+use bhs_core::scene::{Scene, Vertex};
+use bhs_core::spacetime::{self, Side};
+use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
+use bhs_core::stats::PathLog;
+use bhs_core::transport::{BATCH, PathSample};
+use std::f32::consts::FRAC_1_PI;
+
+/// Geodesics to lights that may come together at one bounce of a batch of paths.
+const MOST: usize = BATCH * 2 * MOST_TURNS;
+
+/// Light that arrives along a shadow ray that is not occluded.
+#[derive(Clone, Copy)]
+struct Contribution {
+    /// Number of the path that it belongs to.
+    path: usize,
+    /// As the camera would receive it.
+    radiance: SampledSpectrum,
+    /// Number of the light that it comes from, the surfaces that emit first.
+    light: u32,
+}
+
+impl Contribution {
+    fn add(&self, visible: bool, place: LightPlace, paths: &mut [PathSample], log: &mut PathLog) {
+        log.note(|| PathEvent::Sampled { light: self.light, place, radiance: self.radiance, visible });
+        if visible {
+            paths[self.path].radiance += self.radiance;
+        } else {
+            log.counters.shadow_rays_occluded += 1;
+        }
+    }
+}
+
+/// Shadow rays that have not been traced, with what they may contribute.
+#[derive(Default)]
+pub struct PendingShadowRays {
+    /// To points, and what may come from there.
+    to_points: ArrayVec<ShadowRay, MOST>,
+    from_points: ArrayVec<Contribution, MOST>,
+    /// To infinitely far away, each with the side that it has to arrive on, and what may come from there.
+    to_sky: ArrayVec<(Ray, Side), MOST>,
+    from_sky: ArrayVec<Contribution, MOST>,
+}
+
+impl PendingShadowRays {
+    /// Traces all of them, adds the light that arrives to the paths, and forgets them.
+    pub fn trace(&mut self, scene: &Scene, connections: &dyn Connections, paths: &mut [PathSample], log: &mut PathLog) {
+        let mut occluded = [false; MOST];
+        let occluded = &mut occluded[..self.to_points.len()];
+        log.counters.add_shadow_rays(occluded.len(), connections.occluded_all(&scene.world, &self.to_points, occluded));
+        for ((contribution, ray), occluded) in self.from_points.iter().zip(&self.to_points).zip(occluded) {
+            contribution.add(!*occluded, LightPlace::Point(ray.to.x), paths, log);
+        }
+        if !self.to_sky.is_empty() {
+            let mut escaped = [false; MOST];
+            let escaped = &mut escaped[..self.to_sky.len()];
+            log.counters.add_shadow_rays(escaped.len(), scene.integrator.escape_all(&scene.world, &self.to_sky, escaped));
+            for ((contribution, (ray, _)), escaped) in self.from_sky.iter().zip(&self.to_sky).zip(escaped) {
+                contribution.add(*escaped, LightPlace::Sky(ray.direction), paths, log);
+            }
+        }
+        self.to_points.clear();
+        self.from_points.clear();
+        self.to_sky.clear();
+        self.from_sky.clear();
+    }
+}
+
+/// Share of other light below which the shadow ray of a geodesic is traced by Russian roulette. Measured in a room with a hole: with 0.05 to 0.5 noise grows
+/// by 2 %, time shrinks by 7 %.
+const FAINT: f32 = 0.5;
+
+/// The geodesics from vertices to points of lights, of a batch of paths.
+pub struct BatchConnections {
+    /// For each number of whole turns around the hole, the pair of each vertex.
+    turns: [[ConnectionPair; BATCH]; MOST_TURNS],
+    /// How many turns there are.
+    count: usize,
+}
+
+impl Default for BatchConnections {
+    fn default() -> Self {
+        Self { turns: [[[None; 2]; BATCH]; MOST_TURNS], count: 0 }
+    }
+}
+
+impl BatchConnections {
+    /// Finds those between `ends`: at most [`BATCH`] of them.
+    pub fn find<'a>(
+        &mut self,
+        scene: &Scene,
+        connections: &dyn Connections,
+        ends: impl Iterator<Item = (spacetime::Place, &'a LightSample)> + Clone,
+    ) {
+        let is_sky = |light: &LightSample| matches!(light.source, LightSource::Sky { .. });
+        // Nothing joins a point with itself: those of the sky are put in afterwards.
+        let pairs: ArrayVec<[spacetime::Place; 2], BATCH> =
+            ends.clone().map(|(x, light)| [x, if is_sky(light) { x } else { light.place() }]).collect();
+        self.count = connections.turns() as usize;
+        let mut rows: ArrayVec<&mut [ConnectionPair], MOST_TURNS> =
+            self.turns[..self.count].iter_mut().map(|found| &mut found[..pairs.len()]).collect();
+        connections.connect_all(&scene.world, &pairs, &mut rows);
+        for (turn, found) in (0..).zip(rows) {
+            for (found, (x, light)) in found.iter_mut().zip(ends.clone()).filter(|(_, (_, light))| is_sky(light)) {
+                *found = connections.connect_sky(&scene.world, x, (light.point, light.side), turn);
+            }
+        }
+    }
+
+    /// Those of vertex number `k`.
+    pub fn of(&self, k: usize) -> impl Iterator<Item = &Connection> {
+        self.turns[..self.count].iter().flat_map(move |pairs| pairs[k].iter().flatten())
+    }
+}
+
+/// A sample of a light at a vertex of a path.
+pub struct LightSampleAt<'a> {
+    /// Where all is.
+    pub scene: &'a Scene,
+    /// Where the path is.
+    pub vertex: &'a Vertex<'a>,
+    /// The point.
+    pub light: &'a LightSample,
+    /// The wavelengths that the path has there.
+    pub lambda: &'a SampledWavelengths,
+    /// Weight of what it finds there.
+    pub throughput: SampledSpectrum,
+    /// Number of the path in its batch.
+    pub path: usize,
+    /// What draws the path's next direction, if not the material.
+    pub place: Option<&'a Place<'a>>,
+}
+
+impl LightSampleAt<'_> {
+    /// Adds shadow rays along straight lines to `pending`, for what may arrive there and is scattered back along the path.
+    pub fn straight<'c>(
+        &self,
+        connections: impl Iterator<Item = &'c Connection>,
+        pending: &mut PendingShadowRays,
+        log: &mut PathLog,
+    ) {
+        for connection in connections {
+            log.counters.connections += 1;
+            let carried = self.carried(connection);
+            if carried.is_zero() {
+                log.counters.connections_dark += 1;
+            } else {
+                self.push(connection, carried, pending);
+            }
+        }
+    }
+
+    /// The same along all geodesics to the sample: those that carry little are chosen by Russian roulette, with `u`, a number in [0,1) that
+    /// nothing else depends on. `found`: the light of the path so far, as it would have to leave the vertex.
+    pub fn bent<'c>(
+        &self,
+        connections: impl Iterator<Item = &'c Connection>,
+        found: f32,
+        u: f32,
+        pending: &mut PendingShadowRays,
+        log: &mut PathLog,
+    ) {
+        let connections: ArrayVec<(&Connection, SampledSpectrum), { 2 * MOST_TURNS }> =
+            connections.map(|connection| (connection, self.carried(connection))).collect();
+        let all: f32 = connections.iter().map(|(_, light)| light.max()).sum();
+        for (connection, carried) in &connections {
+            log.counters.connections += 1;
+            let survives = (carried.max() / (FAINT * all.max(found))).min(1.0);
+            // One number for all: each of them by itself is traced as often as it should be.
+            if carried.is_zero() {
+                log.counters.connections_dark += 1;
+            } else if u >= survives {
+                log.counters.connections_ended += 1;
+            } else {
+                self.push(connection, *carried * (1.0 / survives), pending);
+            }
+        }
+    }
+
+    /// Adds the shadow ray along a geodesic that contributes `carried` unless it is occluded.
+    fn push(&self, connection: &Connection, carried: SampledSpectrum, pending: &mut PendingShadowRays) {
+        let Self { scene, vertex, .. } = self;
+        let start = vertex.leave(&scene.world, connection.launch, scene.footprints.rough);
+        let light = self.light.source.number(scene.emitters.len());
+        let contribution = Contribution { path: self.path, radiance: self.throughput * carried, light };
+        if matches!(self.light.source, LightSource::Sky { .. }) {
+            pending.to_sky.push((start, self.light.side));
+            pending.from_sky.push(contribution);
+        } else {
+            let target = match self.light.source {
+                LightSource::Surface { primitive, .. } => Some(primitive),
+                _ => None,
+            };
+            pending.to_points.push(ShadowRay {
+                start,
+                from: vertex.hit.point,
+                to: self.light.place(),
+                target,
+                connection: *connection,
+            });
+            pending.from_points.push(contribution);
+        }
+    }
+
+    /// What the light sample sends back along the path along a geodesic, weighted against BSDF sampling, if nothing occludes it.
+    fn carried(&self, connection: &Connection) -> SampledSpectrum {
+        let vertex = self.vertex;
+        let wi = vertex.shading_direction(connection.launch);
+        let scattered = vertex.material.evaluate(&vertex.shading, vertex.wo, wi);
+        if scattered.is_zero() || !vertex.is_consistent(wi) {
+            return SampledSpectrum::ZERO;
+        }
+        let arriving = self.scene.arriving(self.light, connection, &vertex.observer, self.lambda);
+        let density = arriving.density;
+        // Zero where light of a whole circle of directions meets in the point (a light exactly behind the hole): of a surface, the points
+        // that are so have no area.
+        if arriving.emitted.is_zero() || !(density > 0.0 && density.is_finite()) {
+            return SampledSpectrum::ZERO;
+        }
+        let against = match &self.place {
+            _ if arriving.is_point => 0.0,
+            Some(place) => place.density(wi) * (wi.z.abs() * FRAC_1_PI),
+            None => vertex.material.pdf(&vertex.shading, vertex.wo, wi),
+        };
+        let per_density = 1.0 / (density + f64::from(against));
+        let (carried, factor) = (scattered * arriving.emitted, per_density as f32);
+        if carried.is_finite() && factor.is_normal() {
+            return carried * factor;
+        }
+        // A very bright and very small light: its radiance may be within single precision, though its parts are not.
+        scattered.zip(arriving.emitted, |s, e| (f64::from(s) * f64::from(e) * per_density) as f32)
+    }
+}
