@@ -6,9 +6,8 @@
 
 use crate::clearance_instances::Objects;
 use crate::geometry::{Aabb, Geometry, TriangleMesh};
-use crate::lanes::{Lanes, Vectors, none, pick};
+use crate::real::{Real, Vector};
 use glam::{DVec3, UVec3};
-use wide::i32x8;
 
 /// Lower bounds of the distance to all surfaces.
 pub struct Clearance {
@@ -117,25 +116,25 @@ impl Clearance {
     }
 
     /// [`Clearance::at`] several points.
-    #[inline]
-    pub fn at_each(&self, points: Vectors) -> Lanes {
-        let c = Lanes::splat;
-        let zero = none();
+    #[inline(always)]
+    pub fn at_each<F: Real>(&self, points: Vector<F>) -> F {
+        let c = F::splat;
+        let zero = c(0.0);
         let Aabb { min, max } = self.bounds;
-        let clamp = |at: Lanes, min: f64, max: f64| at.fast_max(c(min)).fast_min(c(max));
+        let clamp = |at: F, min: f64, max: f64| at.max(c(min)).min(c(max));
         let nearest =
-            Vectors { x: clamp(points.x, min.x, max.x), y: clamp(points.y, min.y, max.y), z: clamp(points.z, min.z, max.z) };
-        let p = (nearest - Vectors::all(min)) * c(self.per_cell);
-        let cell = |p: Lanes, cells: f64| p.floor().fast_min(c(cells - 1.0));
-        let row = cell(p.z, self.cells.z).mul_add(c(self.cells.y), cell(p.y, self.cells.y));
+            Vector { x: clamp(points.x, min.x, max.x), y: clamp(points.y, min.y, max.y), z: clamp(points.z, min.z, max.z) };
+        let p = (nearest - Vector::all(min)) * c(self.per_cell);
+        let cell = |p: F, cells: f64| p.floor().min(c(cells - 1.0));
+        let row = cell(p.z, self.cells.z).fma(c(self.cells.y), cell(p.y, self.cells.y));
         // Adding this leaves a whole number in the lowest bits.
         const WHOLE: f64 = (1u64 << 52) as f64;
-        let index = (row.mul_add(c(self.cells.x), cell(p.x, self.cells.x)) + c(WHOLE)).to_array();
-        let steps = index.map(|i| i32::from(self.steps.get(i.to_bits() as u32 as usize).copied().unwrap_or(0)));
-        let distance = (Lanes::from(i32x8::from(steps)) - c(1.0)).fast_max(zero) * c(self.cell);
+        let index = (row.fma(c(self.cells.x), cell(p.x, self.cells.x)) + c(WHOLE)).to_array();
+        let step = |i: usize| i32::from(self.steps.get(index[i].to_bits() as u32 as usize).copied().unwrap_or(0));
+        let distance = (F::from_integers(step) - c(1.0)).max(zero) * c(self.cell);
         let away = (points - nearest).length_squared().sqrt();
         // Of what is not a number, nothing is known.
-        pick(away.is_finite(), away.fast_max(distance - away), zero)
+        F::select(away.is_finite(), away.max(distance - away), zero)
     }
 
     /// [`Clearance::at`] a point outside of the grid: what is known by its distance, or by the nearest point within.
@@ -232,6 +231,7 @@ mod tests {
     use super::*;
     use crate::geometry::WorldMesh;
     use crate::instance::Object;
+    use crate::lanes::Lanes;
     use crate::sampling::mix64;
     use glam::{DAffine3, DMat3};
     use std::sync::Arc;
@@ -285,7 +285,7 @@ mod tests {
                 let p = point(i, 7 + case) * 2.0;
                 let truth = triangles.iter().map(|t| distance(p, *t)).fold(f64::INFINITY, f64::min);
                 let said = grid.at(p);
-                let several = grid.at_each(Vectors::all(p)).to_array();
+                let several = Lanes::to_array(grid.at_each(Vector::all(p)));
                 assert!(several.iter().all(|d| (d - said).abs() <= 1e-15 * said), "case {case}: {p}: {several:?}, {said}");
                 // The net's points are up to some hundredths of an edge apart.
                 assert!(said <= truth, "case {case}: {p} is {truth} from a surface, not {said}");

@@ -150,6 +150,7 @@ impl SubAssign for Dual {
 /// Comparisons are those of the values; numbers that go in and out have no gradient.
 impl Real for Dual {
     type Mask = bool;
+    type Array = [f64; 1];
     const COUNT: usize = 1;
 
     #[inline]
@@ -160,6 +161,27 @@ impl Real for Dual {
     #[inline]
     fn from_fn(mut number: impl FnMut(usize) -> f64) -> Self {
         Self::constant(number(0))
+    }
+
+    /// Without derivatives.
+    fn to_array(self) -> [f64; 1] {
+        [self.value]
+    }
+
+    fn from_integers(mut number: impl FnMut(usize) -> i32) -> Self {
+        Self::splat(f64::from(number(0)))
+    }
+
+    fn ceil(self) -> Self {
+        Self::splat(self.value.ceil())
+    }
+
+    fn floor(self) -> Self {
+        Self::splat(self.value.floor())
+    }
+
+    fn is_finite(self) -> bool {
+        self.value.is_finite()
     }
 
     #[inline]

@@ -107,11 +107,8 @@ pub struct RayEnd {
 
 impl RayEnd {
     /// That of a ray which has not been followed.
-    pub const NONE: Self = Self {
-        arrival: Arrival::OutOfSteps,
-        swept: 0.0,
-        cost: Cost { steps: 0, queries: 0, leaps: 0, chords_skipped: 0 },
-    };
+    pub const NONE: Self =
+        Self { arrival: Arrival::OutOfSteps, swept: 0.0, cost: Cost { steps: 0, queries: 0, leaps: 0, chords_skipped: 0 } };
 }
 
 /// A ray of light sampling: does anything stand between two points on a geodesic that joins them?

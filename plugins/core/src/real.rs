@@ -4,7 +4,8 @@
 
 use crate::lanes::{LANES, Lanes};
 use std::fmt::Debug;
-use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub, SubAssign};
+use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Index, Mul, Neg, Not, Sub, SubAssign};
+use wide::i32x8;
 
 mod vector;
 
@@ -51,6 +52,9 @@ pub trait Real:
     /// A yes or no of each number.
     type Mask: Mask;
 
+    /// The numbers one after the other.
+    type Array: Copy + Index<usize, Output = f64>;
+
     /// How many numbers.
     const COUNT: usize;
 
@@ -62,6 +66,21 @@ pub trait Real:
 
     /// Number `i`, below [`Real::COUNT`].
     fn lane(self, i: usize) -> f64;
+
+    /// All numbers, where several are looked up by their place.
+    fn to_array(self) -> Self::Array;
+
+    /// Number i is the whole number `number(i)`.
+    fn from_integers(number: impl FnMut(usize) -> i32) -> Self;
+
+    /// The least whole number that is not below it.
+    fn ceil(self) -> Self;
+
+    /// The greatest whole number that is not above it.
+    fn floor(self) -> Self;
+
+    /// Whether it is neither infinite nor NaN.
+    fn is_finite(self) -> Self::Mask;
 
     /// `self b + c`, rounded once where the processor can; without an instruction for it that would cost a call.
     fn fma(self, b: Self, c: Self) -> Self;
@@ -152,6 +171,7 @@ impl Mask for Lanes {
 
 impl Real for f64 {
     type Mask = bool;
+    type Array = [Self; 1];
     const COUNT: usize = 1;
 
     #[inline(always)]
@@ -167,6 +187,31 @@ impl Real for f64 {
     #[inline(always)]
     fn lane(self, _: usize) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [Self; 1] {
+        [self]
+    }
+
+    #[inline(always)]
+    fn from_integers(mut number: impl FnMut(usize) -> i32) -> Self {
+        Self::from(number(0))
+    }
+
+    #[inline(always)]
+    fn ceil(self) -> Self {
+        Self::ceil(self)
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self::floor(self)
+    }
+
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        Self::is_finite(self)
     }
 
     #[inline(always)]
@@ -212,6 +257,7 @@ impl Real for f64 {
 
 impl Real for Lanes {
     type Mask = Self;
+    type Array = [f64; LANES];
     const COUNT: usize = LANES;
 
     #[inline(always)]
@@ -226,7 +272,32 @@ impl Real for Lanes {
 
     #[inline(always)]
     fn lane(self, i: usize) -> f64 {
-        self.to_array()[i]
+        Self::to_array(self)[i]
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f64; LANES] {
+        Self::to_array(self)
+    }
+
+    #[inline(always)]
+    fn from_integers(number: impl FnMut(usize) -> i32) -> Self {
+        Self::from(i32x8::from(std::array::from_fn::<i32, LANES, _>(number)))
+    }
+
+    #[inline(always)]
+    fn ceil(self) -> Self {
+        Self::ceil(self)
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self::floor(self)
+    }
+
+    #[inline(always)]
+    fn is_finite(self) -> Self {
+        Self::is_finite(self)
     }
 
     #[inline(always)]

@@ -25,8 +25,8 @@ pub mod path;
 
 pub use path::{Advance, Fate, Paths, Surroundings};
 
-use crate::flight::Tolerance;
-use crate::in_spacetime::{InSpacetime, Method};
+use crate::tolerance::Tolerance;
+use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
 use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
@@ -42,12 +42,12 @@ pub const PLUGIN: Plugin<dyn Integrator> =
 
 /// Light in any spacetime by Hamilton's equations.
 #[derive(Clone, Copy, Debug)]
-pub struct General(InSpacetime);
+pub struct General(Tracer);
 
 impl General {
     /// To that tolerance; gives up after so many steps.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        Self(InSpacetime { method: Method::General(tolerance), max_steps, connections: None })
+        Self(Tracer { method: Method::General(tolerance), max_steps })
     }
 }
 
@@ -71,11 +71,11 @@ impl Integrator for General {
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {
-        self.0.observer(world, place)
+        world.static_observer(place)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        self.0.connections()
+        None
     }
 
     fn is_curved(&self) -> bool {

@@ -1,7 +1,7 @@
 //! How light travels: the integrators of light rays. One file, one plugin.
 //!
 //! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`,
-//! `refine` and `resolve` (from steps to hits), `flight` (one ray from start to end), `packet` with `packet_orbit`,
+//! `refine` and `resolve` (from steps to hits), `flight` (one ray from start to end), `packet` with `steps`,
 //! `packet_leaps` and `packet_hits` (several rays side by side), `connect` and `joined`
 //! (rays between two points), `connect_sky` (rays to a direction of the sky), `arithmetic`.
 //!
@@ -10,29 +10,23 @@
 //! flat space and the plain hole.
 
 pub mod arithmetic;
-pub mod chords;
 pub mod connect;
 mod connect_lanes;
 pub mod connect_sky;
 mod connect_solve;
-pub mod flight;
 pub mod general;
 pub mod graded_index;
-mod in_spacetime;
-pub mod joined;
-pub mod log;
 mod micro_steps;
-mod packet;
-mod packet_hits;
-mod packet_leaps;
-pub mod refine;
-mod resolve;
 mod schwarzschild_adaptive;
 mod schwarzschild_exact;
 mod schwarzschild_rk4;
 pub mod spherical;
 mod straight;
+pub mod tolerance;
+mod tracer;
 pub mod tracing;
+
+pub use tolerance::Tolerance;
 
 pub use general::General;
 pub use schwarzschild_adaptive::Adaptive;

@@ -16,16 +16,16 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::flight::Flight;
-use crate::orbit::{Dense, Fate, Rk4Orbit, Stepper};
 use crate::schwarzschild_rk4::build_micro_steps;
+use crate::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, Stepper};
+use crate::straight::Straight;
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
-use bhs_core::intersector::PrimitiveHit;
+use bhs_core::integrator::{Arrival, Cost, Integrator, Ray, RayEnd, SurfaceHit};
+use bhs_core::intersector::{Primitive, PrimitiveHit};
 use bhs_core::spacetime::Side;
-use crate::log::TraceLog;
 use bhs_core::world::World;
+use glam::DVec3;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Integrator> = Plugin {
@@ -38,68 +38,72 @@ pub const PLUGIN: Plugin<dyn Integrator> = Plugin {
 /// neighbours apart.
 const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
 
-/// Follows `ray` by steps of the angle `step` (rad), at most `max_steps` of them.
-pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, log: &mut TraceLog) -> Arrival {
-    let flight = match Flight::begin(world, ray, log) {
-        Ok(flight) => flight,
-        Err(arrival) => return arrival,
+/// Follows `ray` by steps of the angle `step` (rad), at most `max_steps` of them; `watch` gets the points of its way.
+pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, mut watch: Option<&mut Vec<DVec3>>) -> RayEnd {
+    let Some(hole) = world.hole.as_ref().filter(|hole| hole.rs > 0.0) else {
+        if let Some(watch) = watch {
+            *watch = Straight.polyline(world, ray).1;
+        }
+        return Straight.trace(world, ray);
     };
-    let (rs, plane) = (flight.hole.rs, flight.plane);
-    let mut orbit = Rk4Orbit { hole: rs.into(), step, state: flight.start };
+    let mut draw = |point: DVec3| {
+        if let Some(watch) = &mut watch {
+            watch.push(point);
+        }
+    };
+    draw(ray.origin);
+    let (plane, start) = OrbitPlane::of_ray(hole.center, ray.origin, ray.direction);
+    let mut cost = Cost::default();
+    let end = |arrival: Arrival, swept: f64, cost: Cost| RayEnd { arrival, swept, cost };
+    if start.u * hole.rs >= 1.0 {
+        return end(Arrival::Hole, 0.0, cost);
+    }
+    if !(start.u > 0.0 && start.du.is_finite()) {
+        return end(Arrival::OutOfSteps, 0.0, cost);
+    }
+    let mut orbit = Rk4Orbit { hole: hole.rs.into(), step, state: start };
     let (mut from, mut leaving) = (ray.origin, ray.leaving);
+    let mut swept = 0.0;
     for _ in 0..max_steps {
         let (step, fate) = orbit.advance();
-        log.counters.steps += 1;
-        let end = if fate == Fate::Underway { step.end } else { step.within_space(rs).end };
+        let state = if fate == Fate::Underway { step.end } else { step.within_space(hole.rs).end };
         // The last segment of a ray that leaves has no end.
         let (to, way, t_max) = if fate == Fate::Escaped {
-            (from, plane.radial(end.phi), f64::INFINITY)
+            (from, plane.radial(state.phi), f64::INFINITY)
         } else {
-            let to = plane.point(&end);
+            let to = plane.point(&state);
             let way = to - from;
             (to, way, 1.0 + OVERLAP * to.abs().max_element() / way.length())
         };
-        log.counters.queries += 1;
+        cost += Cost { steps: 1, queries: 1, ..Cost::default() };
         let segment = Segment { origin: from, direction: way, t_min: 0.0, t_max };
-        let leaving = leaving.take();
-        let own = leaving.filter(|own| {
-            // A first segment on the other side than the ray has come back to its surface at once.
-            let normal = world.geometries[own.geometry as usize].normal(own.primitive, from);
-            normal.dot(way) * normal.dot(ray.direction) <= 0.0
-        });
-        let own = own.map(|own| PrimitiveHit { t: 0.0, geometry: own.geometry, primitive: own.primitive, is_crowded: true });
-        let ahead = || match leaving {
-            None => world.intersector.closest(&segment),
-            Some(_) => world.intersector.closest_from(&segment, leaving),
-        };
-        if let Some(hit) = own.or_else(ahead) {
+        if let Some(hit) = first_hit(world, ray, &segment, leaving.take()) {
             let located = world.locate(&segment, &hit);
-            log.counters.hit += 1;
-            log.phi = plane.angle(step.start.phi, from, located.point);
-            log.point(located.point);
-            return Arrival::Surface(SurfaceHit {
-                point: located.point,
-                direction: way.normalize(),
-                geometry: hit.geometry,
-                primitive: hit.primitive,
-                barycentric: located.barycentric,
-                is_crowded: hit.is_crowded,
-            });
+            let swept = plane.angle(step.start.phi, from, located.point);
+            draw(located.point);
+            let PrimitiveHit { geometry, primitive, is_crowded, .. } = hit;
+            let (point, direction, barycentric) = (located.point, way.normalize(), located.barycentric);
+            let hit = SurfaceHit { point, direction, geometry, primitive, barycentric, is_crowded };
+            return end(Arrival::Surface(hit), swept, cost);
         }
-        log.phi = end.phi;
-        log.point(to);
+        swept = state.phi;
+        draw(to);
         match fate {
             Fate::Underway => from = to,
-            Fate::Escaped => {
-                log.counters.escaped += 1;
-                return Arrival::Sky(way, Side::Near);
-            }
-            Fate::Captured => {
-                log.counters.captured += 1;
-                return Arrival::Hole;
-            }
+            Fate::Escaped => return end(Arrival::Sky(way, Side::Near), swept, cost),
+            Fate::Captured => return end(Arrival::Hole, swept, cost),
         }
     }
-    log.counters.out_of_steps += 1;
-    Arrival::OutOfSteps
+    end(Arrival::OutOfSteps, swept, cost)
+}
+
+/// What a segment of `ray` meets, which leaves the primitive `leaving` exactly at its origin, if any.
+fn first_hit(world: &World, ray: &Ray, segment: &Segment, leaving: Option<Primitive>) -> Option<PrimitiveHit> {
+    let Some(left) = leaving else { return world.intersector.closest(segment) };
+    // A first segment on the other side than the ray has come back to its surface at once.
+    let normal = world.geometries[left.geometry as usize].normal(left.primitive, segment.origin);
+    if normal.dot(segment.direction) * normal.dot(ray.direction) <= 0.0 {
+        return Some(PrimitiveHit { t: 0.0, geometry: left.geometry, primitive: left.primitive, is_crowded: true });
+    }
+    world.intersector.closest_from(segment, leaving)
 }

@@ -21,19 +21,15 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::flight::{Flight, Tolerance};
 use crate::graded_index::connect::GradedConnections;
-use crate::in_spacetime::{InSpacetime, Method};
-use crate::joined::{Chord, Joined, read_turns};
-use crate::packet::{Course, End, NOWHERE, follow};
-use crate::taylor::TaylorOrbit;
+use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
+use crate::tolerance::Tolerance;
+use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, RayEnd};
-use bhs_core::lanes::LANES;
+use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
-use bhs_core::spacetime::{Place, Side, Spacetime};
-use crate::log::TraceLog;
+use bhs_core::spacetime::{Place, Spacetime};
 use bhs_core::world::World;
 use glam::DVec3;
 use std::sync::Arc;
@@ -51,64 +47,53 @@ pub struct Adaptive {
     pub max_steps: u64,
     /// Whether rays between two points are searched in spacetimes where that takes long.
     pub connections: bool,
-    joined: Joined,
+    offered: Offered,
 }
 
 impl Adaptive {
     /// To that tolerance; gives up after so many steps.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        Self { tolerance, max_steps, connections: false, joined: Joined { turns: 1, chord: Chord::Tolerance(tolerance) } }
+        let offered = Offered::Spherical(SphericalConnections { turns: 1, chord: Chord::Tolerance(tolerance) });
+        Self { tolerance, max_steps, connections: false, offered }
     }
 }
 
-/// The integration's share of the tolerance; its error costs little to lower, that of the chords much.
-const INTEGRATION: f64 = 0.25;
+/// The rays between two points that are offered for light sampling.
+#[derive(Clone, Copy, Debug)]
+enum Offered {
+    Nothing,
+    Spherical(SphericalConnections),
+    Graded(GradedConnections),
+}
 
 fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     let tolerance = Tolerance::read(p);
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
     let made = Adaptive::new(tolerance, max_steps as u64);
-    let joined = Joined { turns: read_turns(p), ..made.joined };
+    let offered = Offered::Spherical(SphericalConnections { turns: read_turns(p), chord: Chord::Tolerance(tolerance) });
     let about = "whether lights are sampled in wormholes and among several holes, where the rays to them take long to find";
     let connections = p.get("connections", false, "", about);
-    Some(Box::new(Adaptive { connections, joined, ..made }))
+    Some(Box::new(Adaptive { connections, offered, ..made }))
 }
 
 impl Adaptive {
-    fn arrival(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        let flight = match Flight::begin(world, ray, log) {
-            Ok(flight) => flight,
-            Err(arrival) => return arrival,
-        };
-        let error = self.tolerance.relative(world, ray.footprint, INTEGRATION);
-        let orbit = TaylorOrbit::new(flight.hole.rs, flight.start, error);
-        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, error);
-        flight.follow(orbit, chord, self.max_steps, log)
-    }
-
-    fn follow_one(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> RayEnd {
-        let arrival = self.arrival(world, ray, log);
-        log.end(arrival)
+    fn tracer(&self) -> Tracer {
+        Tracer { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps }
     }
 }
 
 impl Integrator for Adaptive {
     fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
-        let connections = if self.connections { GradedConnections::new(&**spacetime, self.tolerance) } else { None };
-        Ok(Box::new(InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps, connections }))
+        let graded = if self.connections { GradedConnections::new(&**spacetime, self.tolerance) } else { None };
+        Ok(Box::new(Self { offered: graded.map_or(Offered::Nothing, Offered::Graded), ..*self }))
     }
 
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
-        for (ray, end) in rays.iter().zip(ends) {
-            let mut log = TraceLog::default();
-            *end = self.follow_one(world, ray, &mut log);
-        }
+        self.tracer().trace_all(world, rays, ends);
     }
 
     fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
-        let mut log = TraceLog { polyline: Some(Vec::new()), ..TraceLog::default() };
-        let end = self.follow_one(world, ray, &mut log);
-        (end, log.polyline.unwrap_or_default())
+        self.tracer().polyline(world, ray)
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {
@@ -116,7 +101,11 @@ impl Integrator for Adaptive {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        Some(&self.joined)
+        match &self.offered {
+            Offered::Nothing => None,
+            Offered::Spherical(connections) => Some(connections),
+            Offered::Graded(connections) => Some(connections),
+        }
     }
 
     fn is_curved(&self) -> bool {

@@ -18,16 +18,15 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::closed_form::{ClosedForm, ExactOrbit};
-use crate::flight::{Flight, Tolerance};
-use crate::joined::{Chord, Joined, read_turns};
+use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
 use crate::straight::Straight;
+use crate::tolerance::Tolerance;
+use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, RayEnd};
+use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
 use bhs_core::spacetime::{Class, Place, Spacetime};
-use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 use std::sync::Arc;
@@ -43,13 +42,13 @@ pub struct Exact {
     pub tolerance: Tolerance,
     /// Stretches of 1 rad after which a ray is given up.
     pub max_steps: u64,
-    joined: Joined,
+    connections: SphericalConnections,
 }
 
 impl Exact {
     /// To that tolerance; gives up after so many steps.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        Self { tolerance, max_steps, joined: Joined { turns: 1, chord: Chord::Tolerance(tolerance) } }
+        Self { tolerance, max_steps, connections: SphericalConnections { turns: 1, chord: Chord::Tolerance(tolerance) } }
     }
 }
 
@@ -57,23 +56,12 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     let tolerance = Tolerance::read(p);
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "stretches of 1 rad after which a ray is given up");
     let made = Exact::new(tolerance, max_steps as u64);
-    Some(Box::new(Exact { joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
+    Some(Box::new(Exact { connections: SphericalConnections { turns: read_turns(p), ..made.connections }, ..made }))
 }
 
 impl Exact {
-    fn arrival(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        let flight = match Flight::begin(world, ray, log) {
-            Ok(flight) => flight,
-            Err(arrival) => return arrival,
-        };
-        let form = ClosedForm::new(flight.hole.rs, flight.start.u, flight.start.du);
-        let chord = self.tolerance.chord(world, flight.hole, ray.footprint, 0.0);
-        flight.follow(ExactOrbit::new(&form), chord, self.max_steps, log)
-    }
-
-    fn follow_one(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> RayEnd {
-        let arrival = self.arrival(world, ray, log);
-        log.end(arrival)
+    fn tracer(&self) -> Tracer {
+        Tracer { method: Method::Exact(self.tolerance), max_steps: self.max_steps }
     }
 }
 
@@ -89,16 +77,11 @@ impl Integrator for Exact {
     }
 
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
-        for (ray, end) in rays.iter().zip(ends) {
-            let mut log = TraceLog::default();
-            *end = self.follow_one(world, ray, &mut log);
-        }
+        self.tracer().trace_all(world, rays, ends);
     }
 
     fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
-        let mut log = TraceLog { polyline: Some(Vec::new()), ..TraceLog::default() };
-        let end = self.follow_one(world, ray, &mut log);
-        (end, log.polyline.unwrap_or_default())
+        self.tracer().polyline(world, ray)
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {
@@ -106,7 +89,7 @@ impl Integrator for Exact {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        Some(&self.joined)
+        Some(&self.connections)
     }
 
     fn is_curved(&self) -> bool {

@@ -20,18 +20,15 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::flight::Flight;
-use crate::in_spacetime::{InSpacetime, Method};
-use crate::joined::{Chord, Joined, read_turns};
 use crate::micro_steps;
-use crate::orbit::Rk4Orbit;
+use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
 use crate::straight::Straight;
+use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, RayEnd};
+use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
 use bhs_core::observer::Observer;
 use bhs_core::params::Params;
 use bhs_core::spacetime::{Class, Place, Spacetime};
-use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 use std::sync::Arc;
@@ -48,7 +45,7 @@ pub struct Rk4 {
     /// Steps after which a ray is given up.
     pub max_steps: u64,
     hits: Hits,
-    joined: Joined,
+    connections: Option<SphericalConnections>,
 }
 
 /// Where a ray meets a surface.
@@ -63,7 +60,12 @@ enum Hits {
 impl Rk4 {
     /// With steps of that angle (rad); gives up after so many.
     pub fn new(step: f64, max_steps: u64) -> Self {
-        Self { step, max_steps, hits: Hits::Orbit, joined: Joined { turns: 1, chord: Chord::Angle(step) } }
+        Self {
+            step,
+            max_steps,
+            hits: Hits::Orbit,
+            connections: Some(SphericalConnections { turns: 1, chord: Chord::Angle(step) }),
+        }
     }
 
     /// With the parameters `step` and `maxsteps`.
@@ -71,6 +73,10 @@ impl Rk4 {
         let step = p.get_in("step", 0.1, 1e-6..=0.5, "rad", "angle swept by one step");
         let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
         Self::new(step, max_steps as u64)
+    }
+
+    fn with_turns(self, turns: u32) -> Self {
+        Self { connections: self.connections.map(|c| SphericalConnections { turns, ..c }), ..self }
     }
 
     /// The same, but hits are where a chord meets a surface: the method of Aikawa, Zhou and Wang 2019.
@@ -90,32 +96,18 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
                 return None;
             }
         };
-    Some(Box::new(Rk4 { hits, joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
+    Some(Box::new(Rk4 { hits, ..made.with_turns(read_turns(p)) }))
 }
 
 /// What `micro-steps` makes.
 pub(crate) fn build_micro_steps(p: &Params) -> Option<Box<dyn Integrator>> {
     let made = Rk4::read(p);
-    Some(Box::new(Rk4 { hits: Hits::Chord, joined: Joined { turns: read_turns(p), ..made.joined }, ..made }))
+    Some(Box::new(Rk4 { hits: Hits::Chord, ..made.with_turns(read_turns(p)) }))
 }
 
 impl Rk4 {
-    fn arrival(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {
-        if self.hits == Hits::Chord {
-            return micro_steps::follow(world, ray, self.step, self.max_steps, log);
-        }
-        let flight = match Flight::begin(world, ray, log) {
-            Ok(flight) => flight,
-            Err(arrival) => return arrival,
-        };
-        // One chord a step.
-        let orbit = Rk4Orbit { hole: flight.hole.rs.into(), step: self.step, state: flight.start };
-        flight.follow(orbit, f64::INFINITY, self.max_steps, log)
-    }
-
-    fn follow_one(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> RayEnd {
-        let arrival = self.arrival(world, ray, log);
-        log.end(arrival)
+    fn tracer(&self) -> Tracer {
+        Tracer { method: Method::RungeKutta(self.step), max_steps: self.max_steps }
     }
 }
 
@@ -127,9 +119,7 @@ impl Integrator for Rk4 {
             _ if of_chords => {
                 Err("needs a spherical spacetime without charge, for its steps are those of a published method".to_owned())
             }
-            Class::Spherical(_) | Class::Index(_) => {
-                Ok(Box::new(InSpacetime { method: Method::RungeKutta(self.step), max_steps: self.max_steps, connections: None }))
-            }
+            Class::Spherical(_) | Class::Index(_) => Ok(Box::new(Self { connections: None, ..*self })),
             Class::General(_) => {
                 Err("needs a spherical spacetime, or one with a refractive index: several extremal holes, or a wormhole"
                     .to_owned())
@@ -138,16 +128,25 @@ impl Integrator for Rk4 {
     }
 
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
-        for (ray, end) in rays.iter().zip(ends) {
-            let mut log = TraceLog::default();
-            *end = self.follow_one(world, ray, &mut log);
+        match self.hits {
+            Hits::Orbit => self.tracer().trace_all(world, rays, ends),
+            Hits::Chord => {
+                for (ray, end) in rays.iter().zip(ends) {
+                    *end = micro_steps::follow(world, ray, self.step, self.max_steps, None);
+                }
+            }
         }
     }
 
     fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
-        let mut log = TraceLog { polyline: Some(Vec::new()), ..TraceLog::default() };
-        let end = self.follow_one(world, ray, &mut log);
-        (end, log.polyline.unwrap_or_default())
+        match self.hits {
+            Hits::Orbit => self.tracer().polyline(world, ray),
+            Hits::Chord => {
+                let mut points = Vec::new();
+                let end = micro_steps::follow(world, ray, self.step, self.max_steps, Some(&mut points));
+                (end, points)
+            }
+        }
     }
 
     fn observer(&self, world: &World, place: Place) -> Option<Observer> {
@@ -155,7 +154,7 @@ impl Integrator for Rk4 {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        Some(&self.joined)
+        self.connections.as_ref().map(|c| c as _)
     }
 
     fn is_curved(&self) -> bool {

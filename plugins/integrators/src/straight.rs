@@ -11,7 +11,9 @@
 
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Connection, ConnectionPair, Connections, Cost, Integrator, Ray, RayEnd, ShadowRay, SurfaceHit};
+use bhs_core::integrator::{
+    Arrival, Connection, ConnectionPair, Connections, Cost, Integrator, Ray, RayEnd, ShadowRay, SurfaceHit,
+};
 use bhs_core::intersector::{Ends, SHADOW_END};
 use bhs_core::observer::Observer;
 use bhs_core::spacetime::{Place, Side, Spacetime};

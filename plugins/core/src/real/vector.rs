@@ -35,6 +35,12 @@ impl<F: Real> Vector<F> {
         DVec3::new(self.x.lane(i), self.y.lane(i), self.z.lane(i))
     }
 
+    /// The coordinates as arrays, where several are looked up by their place.
+    #[inline(always)]
+    pub fn to_arrays(self) -> [F::Array; 3] {
+        [self.x.to_array(), self.y.to_array(), self.z.to_array()]
+    }
+
     /// Scalar products.
     #[inline(always)]
     pub fn dot(self, o: Self) -> F {
@@ -96,12 +102,6 @@ impl Vector<Lanes> {
     #[inline(always)]
     pub fn of(v: [DVec3; LANES]) -> Self {
         Self { x: Lanes::from(v.map(|v| v.x)), y: Lanes::from(v.map(|v| v.y)), z: Lanes::from(v.map(|v| v.z)) }
-    }
-
-    /// The coordinates as arrays.
-    #[inline(always)]
-    pub fn to_arrays(self) -> [[f64; LANES]; 3] {
-        [self.x.to_array(), self.y.to_array(), self.z.to_array()]
     }
 }
 

@@ -3,8 +3,9 @@
 use crate::general::{Fate, Paths, Surroundings};
 use crate::tracing::driver::{Course, Next};
 use crate::tracing::extent::free_around;
-use crate::tracing::polynomial_arc::PolynomialArc;
-use bhs_core::spacetime::{Ball, Spacetime};
+use crate::tracing::polynomial_arc::{PolynomialArc, TERMS};
+use bhs_core::real::Vector;
+use bhs_core::spacetime::{Ball, Side, Spacetime};
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -43,31 +44,70 @@ impl Depths {
 
 /// A ray underway.
 pub struct Ray<'a> {
-    /// Its steps.
-    pub paths: Paths<'a>,
-    /// What it goes through.
-    pub surroundings: &'a Surroundings<'a>,
-    /// Where it may still be stopped.
-    pub depths: &'a Depths,
+    /// Its steps; `None` if it begins where nothing can stand still.
+    paths: Option<Paths<'a>>,
+    surroundings: &'a Surroundings<'a>,
+    depths: &'a Depths,
+    piece: PolynomialArc<f64>,
+    escaped: Option<DVec3>,
 }
 
-impl Course for Ray<'_> {
+impl<'a> Ray<'a> {
+    /// The ray from `origin` on `side` along `launch`, with errors of about `error` times the distance from what is nearest, and what is told of the
+    /// world.
+    pub fn new(
+        (surroundings, depths): (&'a Surroundings<'a>, &'a Depths),
+        origin: DVec3,
+        launch: DVec3,
+        side: Side,
+        error: f64,
+    ) -> Self {
+        let piece = PolynomialArc::new([Vector::from(DVec3::ZERO); TERMS], 0.0, 0.0);
+        Self { paths: surroundings.start(origin, launch, side, error), surroundings, depths, piece, escaped: None }
+    }
+
+    fn parameter(&self) -> f64 {
+        self.paths.as_ref().map_or(0.0, |paths| paths.lambda)
+    }
+}
+
+impl Course<f64> for Ray<'_> {
     type Piece = PolynomialArc<f64>;
 
-    fn advance(&mut self) -> (PolynomialArc<f64>, Next) {
-        let advance = self.paths.advance();
-        let next = match advance.fate {
-            Fate::Underway => Next::GoesOn,
-            Fate::Crossed => Next::Crosses,
-            Fate::Escaped(direction) => Next::Escapes { direction, parameter: self.paths.lambda },
-            Fate::Lost => Next::Lost,
+    fn begin(&self) -> (bool, bool) {
+        (self.paths.is_none(), false)
+    }
+
+    fn advance(&mut self, _: bool) -> Next<f64> {
+        let mut next = Next { until: self.parameter(), crosses: false, escapes: false, falls: false, lost: false };
+        let Some(paths) = &mut self.paths else { return Next { lost: true, ..next } };
+        let advance = paths.advance();
+        self.piece = advance.arc;
+        match advance.fate {
+            Fate::Underway => {}
+            Fate::Crossed => next.crosses = true,
+            Fate::Escaped(direction) => {
+                self.escaped = Some(direction);
+                next.escapes = true;
+            }
+            Fate::Lost => next.lost = true,
             Fate::Captured => {
-                let x = DVec3::from(self.paths.light.x);
+                let x = DVec3::from(paths.light.x);
                 let lapse_squared = self.surroundings.hamilton.lapse_squared(x);
                 let at_horizon = lapse_squared < HORIZON || lapse_squared.is_nan();
-                if at_horizon || self.depths.are_empty(x) { Next::Falls } else { Next::GoesOn }
+                next.falls = at_horizon || self.depths.are_empty(x);
             }
-        };
-        (advance.arc, next)
+        }
+        Next { until: self.parameter(), ..next }
+    }
+
+    fn piece(&self) -> &PolynomialArc<f64> {
+        &self.piece
+    }
+
+    fn directions(&mut self, which: bool, mut found: impl FnMut(usize, Option<DVec3>, f64)) {
+        if which {
+            found(0, self.escaped, self.parameter());
+        }
     }
 }

@@ -6,14 +6,13 @@
 //!
 //! [`Connection::phi`] is the parameter sigma at the end, with `|dx/dsigma| = n`: together with the launch it tells rays apart.
 
-use crate::flight::Tolerance;
 use crate::graded_index::connect_images::{Setting, is_near};
 use crate::graded_index::connect_newton::{Guess, Reached};
 use crate::graded_index::course;
-use crate::graded_index::sight::reaches_in;
+use crate::graded_index::sight::occluded_in;
+use crate::tolerance::Tolerance;
 use bhs_core::integrator::{Connection, ConnectionPair, Connections, Cost, MOST_TURNS, ShadowRay};
 use bhs_core::spacetime::{Class, Place, Side, Spacetime};
-use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -127,11 +126,7 @@ impl Connections for GradedConnections {
             return Cost::default();
         };
         let setting = course::Setting::new(world, spacetime, index);
-        let mut log = TraceLog::default();
-        for (ray, occluded) in shadow_rays.iter().zip(occluded) {
-            let tolerance = self.tolerance.distance(world, ray.start.footprint);
-            *occluded = !reaches_in(&setting, world, ray, (ray.connection.phi, tolerance), &mut log);
-        }
-        log.cost()
+        let end = |ray: &ShadowRay| (ray.connection.phi, setting.extent.distance(self.tolerance, ray.start.footprint));
+        occluded_in(&setting, world, shadow_rays, end, occluded)
     }
 }

@@ -1,11 +1,14 @@
 //! Rays of a refractive index through a world of surfaces.
 
-use crate::graded_index::medium::Medium;
+use crate::graded_index::medium::{Medium, Refracted};
+use crate::graded_index::nystroem::State;
 use crate::graded_index::path::Paths;
 use crate::tracing::driver::{Course, Next};
 use crate::tracing::extent::{Extent, free_around};
-use crate::tracing::polynomial_arc::PolynomialArc;
-use bhs_core::spacetime::{Ball, GradedIndex, Side, Spacetime};
+use crate::tracing::polynomial_arc::{PolynomialArc, TERMS};
+use bhs_core::lanes::set_bits;
+use bhs_core::real::{Mask, Vector};
+use bhs_core::spacetime::{Ball, GradedIndex, Spacetime};
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -31,10 +34,13 @@ impl<'w> Setting<'w> {
         Self { medium: Medium::new(index, captures), extent: Extent::of(world), empty }
     }
 
-    /// The ray from `x` on `side` along `d`, with errors of about `error` times the distance from what bends it.
-    pub fn ray(&self, x: DVec3, d: DVec3, side: Side, error: f64) -> Ray<'_> {
-        let far_side = u32::from(side == Side::Far);
-        Ray { paths: Paths::new(&self.medium, x.into(), d.into(), far_side, error, self.extent.reach), setting: self }
+    /// The rays from the points `x` of the sides `far_side` (bits) in the directions `d`, with errors of about `error` times the distance from what
+    /// bends them.
+    pub fn rays<F: Refracted>(&self, x: Vector<F>, d: Vector<F>, far_side: u32, error: F) -> Rays<'_, F> {
+        let paths = Paths::new(&self.medium, x, d, far_side, error, self.extent.reach);
+        let zero = F::splat(0.0);
+        let piece = PolynomialArc::new([Vector::all(DVec3::ZERO); TERMS], zero, zero);
+        Rays { paths, setting: self, piece }
     }
 
     /// Whether a ray at `x` along `d` that comes no more out of a ball of no return has nothing before it that could stop it.
@@ -48,14 +54,15 @@ impl<'w> Setting<'w> {
     }
 }
 
-/// A ray underway, in the parameter sigma, in which `|dx/dsigma| = n`.
+/// Rays underway, in the parameter sigma, in which `|dx/dsigma| = n`.
 #[derive(Clone, Debug)]
-pub struct Ray<'a> {
-    paths: Paths<'a, f64>,
+pub struct Rays<'a, F: Refracted> {
+    paths: Paths<'a, F>,
     setting: &'a Setting<'a>,
+    piece: PolynomialArc<F>,
 }
 
-impl Ray<'_> {
+impl<F: Refracted> Rays<'_, F> {
     /// The same by the classic Runge-Kutta method, with steps of the length `step` as seen from what is nearest (rad).
     #[must_use]
     pub fn by_runge_kutta(self, step: f64) -> Self {
@@ -63,25 +70,35 @@ impl Ray<'_> {
     }
 }
 
-impl Course for Ray<'_> {
-    type Piece = PolynomialArc<f64>;
+impl<F: Refracted> Course<F> for Rays<'_, F> {
+    type Piece = PolynomialArc<F>;
 
-    fn advance(&mut self) -> (PolynomialArc<f64>, Next) {
-        let advance = self.paths.advance(true);
-        let next = if advance.escaped {
-            match self.paths.directions(true) {
-                (direction, true) => Next::Escapes { direction: direction.into(), parameter: self.paths.sigma },
-                (_, false) => Next::Lost,
-            }
-        } else if advance.lost {
-            Next::Lost
-        } else if advance.crossed {
-            Next::Crosses
-        } else if advance.captured && self.setting.falls(self.paths.state.x.into(), self.paths.state.v.into()) {
-            Next::Falls
-        } else {
-            Next::GoesOn
-        };
-        (advance.arc, next)
+    fn advance(&mut self, which: F::Mask) -> Next<F> {
+        let advance = self.paths.advance(which);
+        self.piece = advance.arc;
+        let State { x, v, .. } = self.paths.state;
+        let mut falls = 0;
+        for i in set_bits(advance.captured.bits()) {
+            falls |= u32::from(self.setting.falls(x.lane(i), v.lane(i))) << i;
+        }
+        Next {
+            until: self.paths.sigma,
+            crosses: advance.crossed,
+            escapes: advance.escaped,
+            falls: F::Mask::of_bits(falls) & !(advance.escaped | advance.lost | advance.crossed),
+            lost: advance.lost & !advance.escaped,
+        }
+    }
+
+    fn piece(&self) -> &PolynomialArc<F> {
+        &self.piece
+    }
+
+    fn directions(&mut self, which: F::Mask, mut found: impl FnMut(usize, Option<DVec3>, f64)) {
+        let (directions, right) = self.paths.directions(which);
+        for i in set_bits(which.bits()) {
+            let is_right = right.bits() >> i & 1 == 1;
+            found(i, is_right.then(|| directions.lane(i)), self.paths.sigma.lane(i));
+        }
     }
 }

@@ -65,7 +65,7 @@ pub fn directions<F: Refracted>(
     medium: &Medium<'_>,
     x: Vector<F>,
     v: Vector<F>,
-    tolerance: f64,
+    tolerance: F,
     which: F::Mask,
 ) -> (Vector<F>, F::Mask) {
     let c = F::splat;
@@ -77,7 +77,7 @@ pub fn directions<F: Refracted>(
     let mut slope_here = slope(medium, y);
     // What is left of the way is done with the first two derivatives; the third is of the order of these lengths cubed.
     let extent = c(0.25 * medium.far).max(y.m.length());
-    let near_enough = c(tolerance.cbrt()) / extent;
+    let near_enough = F::from_fn(|i| tolerance.lane(i).cbrt()) / extent;
     let mut todo = which & out.gt(c(0.0));
     let asked = todo;
     // As is the first guess of the length of the steps to come.
@@ -91,7 +91,7 @@ pub fn directions<F: Refracted>(
         let h = time_to(&y, &slope_here, target).min(most);
         let attempt = step(|y| slope(medium, y), y, slope_here, h);
         let errors = attempt.errors.map(|e| e.n.length().max(e.u.abs() * extent));
-        let share = error(errors) * c(1.0 / tolerance);
+        let share = error(errors) / tolerance;
         let good = todo & share.le(c(1.0)) & attempt.end.u.gt(c(0.0));
         // (1/share)^(1/8), within bounds.
         let factor = c(0.8) / share.max(c(1e-4)).sqrt().sqrt().sqrt();

@@ -23,9 +23,9 @@ pub struct Paths<'a, F: Refracted> {
     pub far_side: u32,
     /// Length of the next step, as a share of the distance from what is nearest.
     share: F,
-    size: Size,
-    /// Error asked for of the directions in which rays leave.
-    tolerance: f64,
+    size: Size<F>,
+    /// Errors asked for of the directions in which rays leave.
+    tolerance: F,
     /// Distance from the middle of the medium beyond which nothing is.
     limit: f64,
     /// Steps, attempts of them.
@@ -34,9 +34,9 @@ pub struct Paths<'a, F: Refracted> {
 
 /// What decides how long steps are.
 #[derive(Clone, Copy, Debug)]
-enum Size {
+enum Size<F> {
     /// The largest estimated error over the distance from what is nearest; steps are of order 8.
-    Error(f64),
+    Error(F),
     /// The length over that distance; steps are of order 4.
     Share(f64),
 }
@@ -79,22 +79,22 @@ const ON_BREAK: f64 = 1e-9;
 impl<'a, F: Refracted> Paths<'a, F> {
     /// The rays from the points `x` of the sides `far_side` (bits) with the chart directions `d`, through which nothing can be met outside of the
     /// ball `reach`. Places stray from the true rays by about `tolerance` times the distance from the nearest hole.
-    pub fn new(medium: &'a Medium<'a>, x: Vector<F>, d: Vector<F>, far_side: u32, tolerance: f64, reach: Ball) -> Self {
+    pub fn new(medium: &'a Medium<'a>, x: Vector<F>, d: Vector<F>, far_side: u32, tolerance: F, reach: Ball) -> Self {
         let (square, a) = medium.at(x);
         let n = square.sqrt();
         let v = d.normalize() * n;
-        let ninth = tolerance.powf(1.0 / 9.0);
+        let ninth = F::from_fn(|i| tolerance.lane(i).powf(1.0 / 9.0));
         let limit = medium.far.max((reach.center - medium.center).length() + reach.radius);
-        let share = F::splat(ninth);
-        let size = Size::Error(ERROR_FACTOR * tolerance);
-        Self { medium, state: State { x, v, a }, sigma: F::splat(0.0), far_side, share, size, tolerance, limit, counts: [0; 2] }
+        let size = Size::Error(F::splat(ERROR_FACTOR) * tolerance);
+        let state = State { x, v, a };
+        Self { medium, state, sigma: F::splat(0.0), far_side, share: ninth, size, tolerance, limit, counts: [0; 2] }
     }
 
     /// The same rays, by the classic Runge-Kutta method with steps whose length is the share `step` of the distance from the nearest hole: of
     /// about so many rad as seen from there.
     #[must_use]
     pub fn by_runge_kutta(self, step: f64) -> Self {
-        Self { size: Size::Share(step), tolerance: RUNGE_KUTTA_SKY, ..self }
+        Self { size: Size::Share(step), tolerance: F::splat(RUNGE_KUTTA_SKY), ..self }
     }
 
     /// Which of the rays leave for ever: beyond everything, outwards.
@@ -167,7 +167,7 @@ impl<'a, F: Refracted> Paths<'a, F> {
             let (to, good, factor) = match self.size {
                 Size::Error(error) => {
                     let tried = step(force, &start, h);
-                    let (good, factor) = judge(&tried, c(1.0 / error) / scale);
+                    let (good, factor) = judge(&tried, c(1.0) / (error * scale));
                     (tried.end, todo & good, factor)
                 }
                 Size::Share(_) => (rk4(force, &start, h), todo, c(1.0)),
@@ -317,7 +317,7 @@ mod tests {
             let place = |i: usize| DVec3::new(5.0, 0.4 * i as f64 - 1.0 + shift, 0.5 - 0.2 * i as f64);
             let x = Vector::<F>::from_fn(place);
             let d = Vector::from_fn(|i| -place(i) + DVec3::new(0.0, 0.3 * i as f64 - shift, 0.8));
-            let mut paths = Paths::new(&medium, x, d, 0, tolerance, REACH);
+            let mut paths = Paths::new(&medium, x, d, 0, F::splat(tolerance), REACH);
             if let Some(share) = share {
                 paths = paths.by_runge_kutta(share);
             }

@@ -1,128 +1,73 @@
 //! Orbits as curves: what intersection sees of one step in a plane, with the swept angle as parameter.
 
-use crate::arithmetic::polynomial::{TERMS, cos_sin, small_arc_tangent, value, value_and_slope};
 use crate::spherical::Attraction;
-use crate::spherical::orbit::{OrbitPlane, Step};
-use crate::spherical::packet_orbit::{Planes, Steps};
-use crate::spherical::taylor::TaylorStep;
+use crate::spherical::steps::{Planes, Polars, Stretch};
 use crate::tracing::arc::Arc;
-use bhs_core::lanes::Lanes;
-use bhs_core::real::{Mask, Real, Vector};
+use bhs_core::real::{Real, Vector};
 use glam::DVec3;
 
 /// Longest chord (rad), however much it may stray.
 pub const LONGEST_CHORD: f64 = 1.5;
 
-/// 1/cos - 1 of half of that, at most.
+/// `1/cos - 1` of half of that, at most.
 const MOST_BEYOND: f64 = 0.36;
 
-/// Steps at most to where an orbit passes a radius.
-const CORRECTIONS: u32 = 60;
+/// Longest leap through free space (rad).
+const LONGEST_LEAP: f64 = 0.8;
 
-/// A step of an orbit, or of several around the same hole: u is a polynomial in the angle since its start.
+/// Less than the cosine of half of that.
+const LONGEST_LEAP_COS: f64 = 0.92;
+
+/// A stretch of an orbit, or of several around the same hole.
 ///
-/// It has to end this side of infinity: see [`PlanarArc::before`].
-#[derive(Clone, Copy, Debug)]
-pub struct PlanarArc<F: Real> {
-    hole: Attraction,
-    center: DVec3,
-    e1: Vector<F>,
-    e2: Vector<F>,
-    c: [F; TERMS],
-    start: F,
-    /// Cosine and sine of the angle at the start.
-    cos: F,
-    sin: F,
-    end: F,
+/// It has to end this side of infinity.
+#[derive(Clone, Copy)]
+pub struct PlanarArc<F: Real, S> {
+    /// What it goes around.
+    pub hole: Attraction,
+    /// Where it lies.
+    pub planes: Planes<F>,
+    /// Its states.
+    pub stretch: S,
+    /// The angle at which it ends, not beyond that of the stretch (rad).
+    pub end: F,
 }
 
-impl PlanarArc<f64> {
-    /// The curve of a Taylor step.
-    pub fn of_taylor(hole: Attraction, plane: &OrbitPlane, step: &TaylorStep) -> Self {
-        let (c, start, end) = step.parts();
-        Self { start: start.state.phi, cos: start.cos, sin: start.sin, end: end.phi, ..Self::in_plane(hole, plane, c) }
+impl<F: Real, S: Stretch<F>> PlanarArc<F, S> {
+    /// 1/r at the angle `s`.
+    #[inline(always)]
+    pub fn inverse_radius(&self, s: F) -> F {
+        self.stretch.inverse_radius(s)
     }
 
-    /// The curve of a Runge-Kutta step, in its dense output.
-    pub fn of_runge_kutta(plane: &OrbitPlane, step: &Step) -> Self {
-        let (sin, cos) = step.start.phi.sin_cos();
-        let arc = Self::in_plane(step.hole, plane, step.coefficients());
-        Self { start: step.start.phi, cos, sin, end: step.end.phi, ..arc }
-    }
-
-    fn in_plane(hole: Attraction, plane: &OrbitPlane, c: [f64; TERMS]) -> Self {
-        let &OrbitPlane { center, e1, e2 } = plane;
-        Self { hole, center, e1: e1.into(), e2: e2.into(), c, start: 0.0, cos: 1.0, sin: 0.0, end: 0.0 }
+    /// The derivative of the point by the angle: `r' e_r + r e_phi`.
+    #[inline(always)]
+    fn tangent_of(&self, p: &Polars<F>) -> Vector<F> {
+        let r = F::splat(1.0) / p.u;
+        let slope = -p.du * r * r;
+        (self.planes.e1 * (slope * p.cos - r * p.sin)).plus(self.planes.e2, slope.fma(p.sin, r * p.cos))
     }
 }
 
-impl PlanarArc<Lanes> {
-    /// The curves of Taylor steps.
-    #[inline(always)]
-    pub fn of_steps(hole: Attraction, planes: &Planes, steps: &Steps) -> Self {
-        let &Planes { center, e1, e2 } = planes;
-        let from = &steps.start;
-        Self { hole, center, e1, e2, c: *steps.coefficients(), start: from.phi, cos: from.cos, sin: from.sin, end: steps.end.phi }
-    }
+/// `1/cos(x) - 1` for angles of at most half of [`LONGEST_CHORD`], or a little more (its power series, with the last term made larger).
+#[inline(always)]
+fn beyond<F: Real>(x: F) -> F {
+    let c = F::splat;
+    let xx = x * x;
+    c(0.5) * xx * xx.fma(xx.fma(c(0.226), c(5.0 / 12.0)), c(1.0))
 }
 
-impl<F: Real> PlanarArc<F> {
-    /// 1/r and its derivative at the angle `s`.
-    #[inline(always)]
-    pub fn inverse_radius(&self, s: F) -> (F, F) {
-        value_and_slope(&self.c, s - self.start)
-    }
-
-    /// The same curves, but of those which pass 1/r = `least` > 0 outwards the part before that: where steps go on to infinity and beyond.
-    pub fn before(self, least: f64) -> Self {
-        let c = F::splat;
-        let over = |t: F| value(&self.c, t) - c(least);
-        let width = self.end - self.start;
-        let passing = over(width).lt(c(0.0)) & over(c(0.0)).gt(c(0.0));
-        if !passing.any() {
-            return self;
-        }
-        // Newton's method, kept between the ends by bisection.
-        let (mut low, mut high) = (c(0.0), width);
-        let mut t = width * c(0.5);
-        for _ in 0..CORRECTIONS {
-            let (u, slope) = value_and_slope(&self.c, t);
-            let off = u - c(least);
-            let outside = off.lt(c(0.0));
-            high = F::select(outside, t, high);
-            low = F::select(outside, low, t);
-            let newton = t - off / slope;
-            let inside = newton.ge(low) & newton.le(high);
-            let next = F::select(inside, newton, (low + high) * c(0.5));
-            let settled = (next - t).abs().le(c(1e-12) * width);
-            t = next;
-            if (settled | !passing).all() {
-                break;
-            }
-        }
-        Self { end: F::select(passing, self.start + t, self.end), ..self }
-    }
-
-    /// Cosines and sines of the angles `s`.
-    #[inline(always)]
-    fn cos_sin(&self, s: F) -> (F, F) {
-        let (cos, sin) = cos_sin(s - self.start);
-        (self.cos * cos - self.sin * sin, self.sin.fma(cos, self.cos * sin))
-    }
-
-    /// `x e_r + y e_phi` where cosine and sine of the angle are these.
-    #[inline(always)]
-    fn combine(&self, (x, y): (F, F), (cos, sin): (F, F)) -> Vector<F> {
-        (self.e1 * (x * cos - y * sin)).plus(self.e2, x.fma(sin, y * cos))
-    }
+/// The gap of a chord of the angle `angle` (rad) around a hole with the Schwarzschild radius `rs` (scene units).
+pub fn gap_of_angle(rs: f64, angle: f64) -> f64 {
+    1.5 * rs * beyond(0.5 * angle.min(LONGEST_CHORD))
 }
 
-impl<F: Real> Arc<F> for PlanarArc<F> {
-    type One = PlanarArc<f64>;
+impl<F: Real, S: Stretch<F>> Arc<F> for PlanarArc<F, S> {
+    type One = PlanarArc<f64, S::One>;
 
     #[inline(always)]
     fn start(&self) -> F {
-        self.start
+        self.stretch.start().phi
     }
 
     #[inline(always)]
@@ -132,35 +77,19 @@ impl<F: Real> Arc<F> for PlanarArc<F> {
 
     #[inline(always)]
     fn point(&self, s: F) -> Vector<F> {
-        let r = F::splat(1.0) / value(&self.c, s - self.start);
-        let (cos, sin) = self.cos_sin(s);
-        Vector::all(self.center).plus(self.e1, cos * r).plus(self.e2, sin * r)
+        let (u, cos, sin) = self.stretch.place(s);
+        self.planes.points(u, cos, sin)
     }
 
     #[inline(always)]
     fn tangent(&self, s: F) -> Vector<F> {
-        self.point_and_tangent(s).1
+        self.tangent_of(&self.stretch.polar(s))
     }
 
     #[inline(always)]
     fn point_and_tangent(&self, s: F) -> (Vector<F>, Vector<F>) {
-        let (u, du) = self.inverse_radius(s);
-        let (cos, sin) = self.cos_sin(s);
-        let r = F::splat(1.0) / u;
-        let point = Vector::all(self.center).plus(self.e1, cos * r).plus(self.e2, sin * r);
-        (point, self.combine((-du * r * r, r), (cos, sin)))
-    }
-
-    #[inline(always)]
-    fn curvature(&self, s: F) -> Vector<F> {
-        let c = F::splat;
-        let (u, du) = self.inverse_radius(s);
-        let r = c(1.0) / u;
-        let slope = -du * r * r;
-        // r'' - r with the orbit's equation for u''.
-        let bend = c(2.0 * self.hole.charge_squared) * u - c(1.5 * self.hole.rs);
-        let radial = (c(2.0) * slope * slope).fma(u, bend);
-        self.combine((radial, c(2.0) * slope), self.cos_sin(s))
+        let at = self.stretch.polar(s);
+        (self.planes.points(at.u, at.cos, at.sin), self.tangent_of(&at))
     }
 
     /// A chord solves `u'' + u = 0`, so that its gap in u grows by `(3/2) rs u^2` at most: to `(3/2) rs u^2 (1/cos(dphi/2) - 1)` in its middle where
@@ -169,10 +98,10 @@ impl<F: Real> Arc<F> for PlanarArc<F> {
     #[inline(always)]
     fn gap(&self, a: F, b: F) -> F {
         let half = ((b - a) * F::splat(0.5)).min(F::splat(0.5 * LONGEST_CHORD));
-        let (cos, sin) = cos_sin(half);
-        // 1/cos - 1, with its digits for small angles.
-        F::splat(1.5 * self.hole.rs) * sin * sin / (cos * (F::splat(1.0) + cos))
+        F::splat(1.5 * self.hole.rs) * beyond(half)
     }
+
+    const HAS_EQUAL_STRIDES: bool = true;
 
     #[inline(always)]
     fn stride(&self, _: F, gap: F) -> F {
@@ -182,34 +111,59 @@ impl<F: Real> Arc<F> for PlanarArc<F> {
         c(2.0) * (x + x).sqrt() * x.fma(c(-5.0 / 12.0), c(1.0))
     }
 
+    const LONG: f64 = 0.5;
+
     #[inline(always)]
-    fn beside(&self, a: F, b: F, share: F) -> F {
-        let u = [a, b].map(|s| value(&self.c, s - self.start));
-        let (cos, sin) = cos_sin((b - a).min(F::splat(LONGEST_CHORD)));
-        let part = share * u[0];
-        let (along, across) = (part.fma(cos, (F::splat(1.0) - share) * u[1]), part * sin);
-        // Twice the angle whose tangent is that of half the angle.
-        let half = across / (along + along.fma(along, across * across).sqrt());
-        F::splat(2.0).fma(small_arc_tangent(half), a)
+    fn farthest_leap(&self, from: F, end: F) -> F {
+        (from + F::splat(LONGEST_LEAP)).min(end)
+    }
+
+    /// The gap grows no faster than with four times the share of the angle, which is no more than that of the way if all of it were as near to the
+    /// hole as the nearer end (the middle of a chord is nearer by the cosine of half the angle).
+    #[inline(always)]
+    fn growth(&self, ends: [F; 2], points: [Vector<F>; 2], gap: F, per_length: F) -> F {
+        let c = F::splat;
+        let center = Vector::all(self.planes.center);
+        let [a, b] = points.map(|p| (p - center).length_squared());
+        let nearer = c(1.0) / a.min(b).sqrt();
+        c(4.0) * gap * per_length.max(nearer / (c(LONGEST_LEAP_COS) * (ends[1] - ends[0])))
     }
 
     #[inline(always)]
-    fn until(self, end: F) -> Self {
-        Self { end, ..self }
+    fn beside(&self, ends: [F; 2], points: [Vector<F>; 2], share: F) -> F {
+        let on_chord = points[0].plus(points[1] - points[0], share);
+        ends[0] + self.planes.angles(points[0], on_chord)
     }
 
-    fn lane(&self, i: usize) -> PlanarArc<f64> {
-        PlanarArc {
-            hole: self.hole,
-            center: self.center,
-            e1: self.e1.lane(i).into(),
-            e2: self.e2.lane(i).into(),
-            c: self.c.map(|c| c.lane(i)),
-            start: self.start.lane(i),
-            cos: self.cos.lane(i),
-            sin: self.sin.lane(i),
-            end: self.end.lane(i),
+    /// Components along `e1` and `e2`, and the distance from the centre.
+    type Plane = [F; 3];
+
+    #[inline(always)]
+    fn plane(&self, normal: Vector<F>, point: Vector<F>) -> [F; 3] {
+        let &Planes { center, e1, e2 } = &self.planes;
+        [normal.dot(e1), normal.dot(e2), normal.dot(point - Vector::all(center))]
+    }
+
+    /// The distance from the plane times u, `n.e_r(phi) - u(phi) n.(a - center)`; the second derivative comes for nothing, by the orbit's equation.
+    #[inline(always)]
+    fn height(&self, &[n1, n2, d]: &[F; 3], s: F) -> [F; 3] {
+        let c = F::splat;
+        let Polars { u, du, cos, sin, .. } = self.stretch.polar(s);
+        let value = n1 * cos + n2 * sin - d * u;
+        let slope = n2 * cos - n1 * sin - d * du;
+        let mut force = c(1.5 * self.hole.rs) * d * u * u;
+        if self.hole.is_charged() {
+            force -= c(2.0 * self.hole.charge_squared) * d * u * u * u;
         }
+        [value, slope, -(value + force)]
+    }
+
+    fn is_nowhere(&self, point: DVec3) -> bool {
+        (point - self.planes.center).length() * self.hole.horizon <= 1.0
+    }
+
+    fn lane(&self, i: usize) -> PlanarArc<f64, S::One> {
+        PlanarArc { hole: self.hole, planes: self.planes.lane(i), stretch: self.stretch.lane(i), end: self.end.lane(i) }
     }
 }
 
@@ -217,7 +171,7 @@ impl<F: Real> Arc<F> for PlanarArc<F> {
 mod tests {
     use super::*;
     use crate::spherical::orbit::{Fate, Rk4Orbit, Stepper};
-    use crate::spherical::packet_orbit::errors;
+    use crate::spherical::steps::errors;
     use crate::spherical::taylor::TaylorOrbit;
     use crate::tracing::arc::tests::check;
     use bhs_core::lanes::LANES;

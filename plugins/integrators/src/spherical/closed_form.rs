@@ -25,6 +25,7 @@
 use crate::arithmetic::double::Double;
 use crate::arithmetic::polynomial::{self, value_and_slope};
 use crate::spherical::orbit::{Dense, Fate, State, Stepper, room};
+use crate::spherical::steps::{Polars, Stretch};
 
 /// Coefficients of the Laurent series of p that are kept.
 const TERMS: usize = 14;
@@ -139,7 +140,7 @@ fn laurent_series(epsilon: f64) -> [f64; TERMS] {
 
 /// Angle after which the closed form is asked whether the orbit has ended, in radians. Any would do that is below the extent of the
 /// orbit's continuations behind the horizon and beyond infinity, some 3 rad each.
-const STRETCH: f64 = 1.0;
+pub(crate) const STRETCH: f64 = 1.0;
 
 /// An orbit given by its closed form, in stretches.
 #[derive(Clone, Copy, Debug)]
@@ -160,17 +161,33 @@ impl<'a> ExactOrbit<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct ExactStep<'a> {
     form: &'a ClosedForm,
-    start: State,
-    end: State,
+    start: Polars<f64>,
+    end: Polars<f64>,
+}
+
+impl<'a> ExactStep<'a> {
+    /// That between two states of the orbit `form`.
+    pub fn new(form: &'a ClosedForm, start: Polars<f64>, end: Polars<f64>) -> Self {
+        Self { form, start, end }
+    }
+}
+
+fn polars(state: State) -> Polars<f64> {
+    let State { phi, u, du } = state;
+    Polars { phi, u, du, cos: phi.cos(), sin: phi.sin() }
+}
+
+fn state(p: &Polars<f64>) -> State {
+    State { phi: p.phi, u: p.u, du: p.du }
 }
 
 impl Dense for ExactStep<'_> {
     fn start(&self) -> State {
-        self.start
+        state(&self.start)
     }
 
     fn end(&self) -> State {
-        self.end
+        state(&self.end)
     }
 
     fn at(&self, phi: f64) -> State {
@@ -179,7 +196,27 @@ impl Dense for ExactStep<'_> {
     }
 
     fn until(self, end: State) -> Self {
-        Self { end, ..self }
+        Self { end: polars(end), ..self }
+    }
+}
+
+impl Stretch<f64> for ExactStep<'_> {
+    type One = Self;
+
+    fn start(&self) -> &Polars<f64> {
+        &self.start
+    }
+
+    fn end(&self) -> &Polars<f64> {
+        &self.end
+    }
+
+    fn polar(&self, phi: f64) -> Polars<f64> {
+        polars(self.at(phi))
+    }
+
+    fn lane(&self, _: usize) -> Self {
+        *self
     }
 }
 
@@ -188,9 +225,10 @@ impl<'a> Stepper for ExactOrbit<'a> {
 
     fn advance(&mut self) -> (ExactStep<'a>, Fate) {
         let phi = self.state.phi + room(self.form.rs, &self.state, STRETCH);
+        let start = polars(self.state);
         let (u, du) = self.form.at(phi);
-        let step = ExactStep { form: self.form, start: self.state, end: State { phi, u, du } };
-        self.state = step.end;
+        self.state = State { phi, u, du };
+        let step = ExactStep { form: self.form, start, end: polars(self.state) };
         (step, step.fate(self.form.rs))
     }
 }

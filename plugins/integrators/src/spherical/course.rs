@@ -2,96 +2,244 @@
 
 use crate::spherical::Attraction;
 use crate::spherical::arc::PlanarArc;
-use crate::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, State, Step, Stepper};
-use crate::spherical::taylor::{TaylorOrbit, TaylorStep};
-use crate::tracing::arc::Arc;
+use crate::spherical::orbit::{Dense, quintic, rk4};
+use crate::spherical::steps::{Planes, Polars, Steps, Stretch, errors, room};
+use crate::tracing::arc::Arc as _;
 use crate::tracing::driver::{Course, Next};
+use bhs_core::lanes::set_bits;
+use bhs_core::real::{Mask, Real, Vector};
 use bhs_core::spacetime::Spherical;
 use glam::DVec3;
 
-/// How far beyond all surfaces the last curve of an orbit ends: 1/r over that of the sphere around them.
-const BEYOND: f64 = 0.5;
+/// How far outside of the sphere around all surfaces a curve may end that goes on to infinity: least 1/r over that of the sphere.
+const NEARBY: f64 = 0.125;
 
-/// An orbit underway.
-#[derive(Clone, Debug)]
-pub struct Ray<S> {
-    orbit: S,
-    hole: Attraction,
-    plane: OrbitPlane,
-    /// 1/r of a sphere around all surfaces and where light goes round (1 / scene unit).
+/// Attempts at finding such an end.
+const ATTEMPTS: u32 = 60;
+
+/// How orbits are stepped.
+pub trait Method<F: Real>: Copy {
+    /// What they are stepped by.
+    type Steps: Stretch<F>;
+
+    /// The next steps of orbits around `hole` that are at `start`.
+    fn steps(&self, hole: Attraction, start: &Polars<F>) -> Self::Steps;
+}
+
+/// By Taylor series, with errors of u of at most so much in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Taylor<F>(F);
+
+impl<F: Real> Method<F> for Taylor<F> {
+    type Steps = Steps<F>;
+
+    #[inline(always)]
+    fn steps(&self, hole: Attraction, start: &Polars<F>) -> Steps<F> {
+        Steps::from(hole, start, self.0)
+    }
+}
+
+/// By the classic Runge-Kutta method, in steps of this angle (rad).
+#[derive(Clone, Copy, Debug)]
+pub struct RungeKutta(pub f64);
+
+impl<F: Real> Method<F> for RungeKutta {
+    type Steps = Steps<F>;
+
+    #[inline(always)]
+    fn steps(&self, hole: Attraction, start: &Polars<F>) -> Steps<F> {
+        let h = room(hole, start, F::splat(self.0));
+        let (u, du) = rk4(hole, start.u, start.du, h);
+        let mut steps = Steps::of_polynomials(quintic(hole, [start.u, start.du], [u, du], h), start, h);
+        // The state itself, not what the polynomial gives for it.
+        (steps.end.u, steps.end.du) = (u, du);
+        steps
+    }
+}
+
+/// What is told once of a hole that many rays go around.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// Its centre.
+    pub center: DVec3,
+    /// The hole.
+    pub hole: Attraction,
+    /// 1/r of a sphere that holds all surfaces (1 / scene unit); infinite where there are none.
+    bound: f64,
+    /// 1/r of a sphere around those and where light goes round: beyond it no outgoing orbit turns back or meets anything.
     outside: f64,
 }
 
-/// A step of an orbit that is a curve.
-pub trait Curve: Dense {
-    /// The curve.
-    fn arc(&self, hole: Attraction, plane: &OrbitPlane) -> PlanarArc<f64>;
-}
-
-impl Curve for TaylorStep {
-    fn arc(&self, hole: Attraction, plane: &OrbitPlane) -> PlanarArc<f64> {
-        PlanarArc::of_taylor(hole, plane, self)
-    }
-}
-
-impl Curve for Step {
-    fn arc(&self, _: Attraction, plane: &OrbitPlane) -> PlanarArc<f64> {
-        PlanarArc::of_runge_kutta(plane, self)
-    }
-}
-
-/// The plane and the first state of the orbit around `hole` from `x` in the direction `d`, if that is no place at or inside the horizon.
-fn launch(hole: &Spherical, x: DVec3, d: DVec3) -> Option<(OrbitPlane, State)> {
-    hole.at(x)?;
-    let (plane, state) = OrbitPlane::of_ray(hole.center, x, d);
-    (state.u > 0.0 && state.du.is_finite()).then_some((plane, state))
-}
-
-/// 1/r of a sphere that holds all within `around` of the hole, and where light goes round.
-fn outside(hole: &Attraction, around: f64) -> f64 {
-    BEYOND * hole.photon_sphere().min(1.0 / around)
-}
-
-impl Ray<TaylorOrbit> {
-    /// The ray from `x` along `d`, by Taylor series with errors of about `error` times the distance from the hole, among surfaces within the distance
-    /// `around` from it. `None` where nothing can stand.
-    pub fn by_series(hole: &Spherical, x: DVec3, d: DVec3, error: f64, around: f64) -> Option<Self> {
-        let (plane, state) = launch(hole, x, d)?;
+impl Setting {
+    /// The hole `hole` among surfaces within the distance `around` from its centre; 0: there are none.
+    pub fn new(hole: &Spherical, around: f64) -> Self {
+        let bound = if around > 0.0 { 1.0 / around } else { f64::INFINITY };
+        let center = hole.center;
         let hole = Attraction::from(hole);
-        Some(Self { orbit: TaylorOrbit::new(hole, state, error), hole, plane, outside: outside(&hole, around) })
+        Self { center, hole, bound, outside: bound.min(hole.photon_sphere()) }
     }
-}
 
-impl Ray<Rk4Orbit> {
-    /// The same by the classic Runge-Kutta method with steps of the angle `step` (rad).
-    pub fn by_runge_kutta(hole: &Spherical, x: DVec3, d: DVec3, step: f64, around: f64) -> Option<Self> {
-        let (plane, state) = launch(hole, x, d)?;
-        let hole = Attraction::from(hole);
-        Some(Self { orbit: Rk4Orbit { hole, step, state }, hole, plane, outside: outside(&hole, around) })
+    /// The planes and initial states of rays from the points `x` in the unit chart directions `d`.
+    #[inline(always)]
+    pub fn launch<F: Real>(&self, x: Vector<F>, d: Vector<F>) -> Launch<F> {
+        let (planes, at) = Planes::of_rays(self.center, x, d);
+        Launch { setting: *self, planes, at }
     }
-}
 
-impl<S: Stepper> Course for Ray<S>
-where
-    S::Step: Curve,
-{
-    type Piece = PlanarArc<f64>;
+    /// Which orbits at `at` meet nothing any more: outside of everything and on the way out, where no orbit turns back.
+    #[inline(always)]
+    fn are_gone<F: Real>(&self, at: &Polars<F>) -> F::Mask {
+        let c = F::splat;
+        at.u.le(c(self.outside)) & at.du.le(c(0.0))
+    }
 
-    fn advance(&mut self) -> (PlanarArc<f64>, Next) {
-        let (step, fate) = self.orbit.advance();
-        let next = match fate {
-            Fate::Underway => Next::GoesOn,
-            Fate::Captured => Next::Falls,
-            Fate::Escaped => {
-                let parameter = step.within_space(self.hole).end().phi;
-                Next::Escapes { direction: self.plane.radial(parameter), parameter }
+    /// Which rays at `at` begin where nothing can stand, and which not at all.
+    #[inline(always)]
+    fn refused<F: Real>(&self, at: &Polars<F>) -> (F::Mask, F::Mask) {
+        let inside = at.u.ge(F::splat(self.hole.horizon));
+        (inside, !inside & !(at.u.gt(F::splat(0.0)) & at.du.is_finite()))
+    }
+
+    /// Where those of the curves `piece` of steps that leave for infinity end: outside of all surfaces, but not far.
+    #[cold]
+    fn ends<F: Real, S: Stretch<F>>(&self, piece: &PlanarArc<F, S>, leaving: F::Mask) -> F {
+        let c = F::splat;
+        let (start, end) = (*piece.stretch.start(), *piece.stretch.end());
+        let (bound, near) = (c(self.bound), c(NEARBY * self.bound));
+        // Where a straight line would have it.
+        let wanted = c(0.5 * (1.0 + NEARBY) * self.bound);
+        let share = ((start.u - wanted) / (start.u - end.u)).max(c(0.01)).min(c(0.99));
+        let guess = start.phi + share * (end.phi - start.phi);
+        let u = piece.inverse_radius(guess);
+        let all = F::select(leaving, guess, end.phi);
+        let rest = (leaving & !(u.le(bound) & u.ge(near))).bits();
+        if rest == 0 {
+            return all;
+        }
+        F::from_fn(|i| if rest >> i & 1 == 1 { self.end(&piece.lane(i)) } else { all.lane(i) })
+    }
+
+    /// The same of one, by bisection from infinity inwards.
+    fn end<S: Stretch<f64>>(&self, piece: &PlanarArc<f64, S>) -> f64 {
+        let (mut inside, mut outside) = (piece.stretch.start().phi, piece.stretch.end().phi);
+        for _ in 0..ATTEMPTS {
+            let middle = 0.5 * (inside + outside);
+            let u = piece.inverse_radius(middle);
+            if u > self.bound {
+                inside = middle;
+            } else if u < NEARBY * self.bound {
+                outside = middle;
+            } else {
+                return middle;
             }
-        };
-        let start = step.start();
-        let step = if fate == Fate::Captured { step.within_space(self.hole) } else { step };
-        let arc = step.arc(self.hole, &self.plane);
-        // Outside of everything and on the way out no orbit turns back; and its points there need not be finite.
-        let gone = start.u <= self.outside && start.du <= 0.0;
-        (if gone { arc.until(start.phi) } else { arc.before(self.outside) }, next)
+        }
+        inside
     }
+}
+
+/// Orbits that begin.
+#[derive(Clone, Copy, Debug)]
+pub struct Launch<F> {
+    setting: Setting,
+    planes: Planes<F>,
+    /// Their initial states.
+    pub at: Polars<F>,
+}
+
+impl<F: Real> Launch<F> {
+    /// The orbits by Taylor series, with errors of about `error` times the distance from the hole.
+    #[inline(always)]
+    pub fn by_series(self, error: F) -> Orbits<F, Taylor<F>> {
+        let method = Taylor(errors(self.setting.hole, &self.at, error));
+        self.by(method)
+    }
+
+    /// The orbits, stepped by `method`.
+    #[inline(always)]
+    pub fn by<M: Method<F>>(self, method: M) -> Orbits<F, M> {
+        let Self { setting, planes, at } = self;
+        let stretch = method.steps(setting.hole, &at);
+        let piece = PlanarArc { hole: setting.hole, planes, stretch, end: at.phi };
+        Orbits { setting, method, at, is_first: true, piece }
+    }
+}
+
+/// Orbits underway.
+#[derive(Clone, Copy)]
+pub struct Orbits<F: Real, M: Method<F>> {
+    setting: Setting,
+    method: M,
+    at: Polars<F>,
+    /// The first step has been made.
+    is_first: bool,
+    piece: PlanarArc<F, M::Steps>,
+}
+
+impl<F: Real, M: Method<F>> Course<F> for Orbits<F, M> {
+    type Piece = PlanarArc<F, M::Steps>;
+
+    #[inline(always)]
+    fn begin(&self) -> (F::Mask, F::Mask) {
+        self.setting.refused(&self.at)
+    }
+
+    #[inline(always)]
+    fn advance(&mut self, which: F::Mask) -> Next<F> {
+        let c = F::splat;
+        let Setting { hole, bound, .. } = self.setting;
+        let start = self.at;
+        if !std::mem::take(&mut self.is_first) {
+            self.piece.stretch = self.method.steps(hole, &start);
+        }
+        let end = *self.piece.stretch.end();
+        self.at = end;
+        let (captured, escaped) = (which & end.u.ge(c(hole.horizon)), which & end.u.le(c(0.0)));
+        let gone = self.setting.are_gone(&start);
+        let mut ends = F::select(gone, start.phi, end.phi);
+        let leaving = which & !gone & end.u.lt(c(NEARBY * bound)) & !captured;
+        if leaving.any() {
+            ends = F::select(leaving, self.setting.ends(&self.piece, leaving), ends);
+        }
+        let mut until = end.phi;
+        if captured.any() {
+            let horizon = at_horizon(&self.piece, captured);
+            ends = F::select(captured, horizon, ends);
+            until = F::select(captured, horizon, until);
+        }
+        self.piece.end = ends;
+        Next { until, crosses: F::Mask::NONE, escapes: escaped, falls: captured, lost: F::Mask::NONE }
+    }
+
+    #[inline(always)]
+    fn piece(&self) -> &PlanarArc<F, M::Steps> {
+        &self.piece
+    }
+
+    fn directions(&mut self, which: F::Mask, mut found: impl FnMut(usize, Option<DVec3>, f64)) {
+        let PlanarArc { planes, stretch, .. } = &self.piece;
+        let (far, right) = stretch.at_infinity();
+        let directions = (planes.e1 * far.cos).plus(planes.e2, far.sin);
+        let right = right.bits();
+        for i in set_bits(which.bits()) {
+            if right >> i & 1 == 1 {
+                found(i, Some(directions.lane(i)), far.phi.lane(i));
+            } else {
+                let phi = crossing(&stretch.lane(i), 0.0);
+                let (sin, cos) = phi.sin_cos();
+                found(i, Some(planes.e1.lane(i) * cos + planes.e2.lane(i) * sin), phi);
+            }
+        }
+    }
+}
+
+/// The angle at which 1/r passes `target` on a stretch.
+fn crossing<D: Dense>(stretch: &D, target: f64) -> f64 {
+    stretch.crossing(stretch.start(), stretch.end(), target).phi
+}
+
+/// The angles at which those of the orbits `captured` reach the horizon.
+#[cold]
+fn at_horizon<F: Real, S: Stretch<F>>(piece: &PlanarArc<F, S>, captured: F::Mask) -> F {
+    let is_captured = |i: usize| captured.bits() >> i & 1 == 1;
+    F::from_fn(|i| if is_captured(i) { crossing(&piece.stretch.lane(i), piece.hole.horizon) } else { 0.0 })
 }

@@ -1,13 +1,16 @@
 //! What only orbits in planes have: rays around one round hole, in the chart of the areal radius.
 //!
-//! `arc` makes curves of the steps. `orbit` has the plane, the equation and fixed steps, `taylor` long steps with error control, `packet_orbit` those of several rays side by side,
-//! `closed_form` an orbit without charge at any angle at once. These know no surfaces; `course` is an orbit among them.
+//! `orbit` has the plane, the equation and fixed steps, `taylor` and `steps` long steps with error control, of one ray or of eight side by side,
+//! `closed_form` an orbit without charge at any angle at once. These know no surfaces. `arc` makes curves of stretches of orbits; `course` leads
+//! orbits along them, `exact` those in closed form. `connections` offers the rays between two points.
 
 pub mod arc;
 pub mod closed_form;
+pub mod connections;
 pub mod course;
+pub mod exact;
 pub mod orbit;
-pub mod packet_orbit;
+pub mod steps;
 pub mod taylor;
 
 use bhs_core::spacetime::Spherical;

@@ -7,7 +7,7 @@
 //! where alpha is the chart angle between the direction and the outward radius (Aikawa, Zhou and Wang 2019, section 2).
 //! `u'` is carried from step to step: restarting from the direction of the previous chord would halve the bending.
 
-use crate::arithmetic::polynomial::TERMS;
+use crate::arithmetic::polynomial::{TERMS, value_and_slope};
 use crate::spherical::Attraction;
 use bhs_core::real::Real;
 use glam::DVec3;
@@ -253,30 +253,35 @@ pub struct Step {
 }
 
 impl Step {
-    /// The quintic, in the share of the step, that has u, u' and u'' in common with the orbit at both ends.
-    fn quintic(&self) -> [f64; 6] {
-        let h = self.end.phi - self.start.phi;
-        let force = |u: f64| self.hole.force(u);
-        let (u0, u1) = (self.start.u, self.end.u);
-        let (v0, v1) = (self.start.du * h, self.end.du * h);
-        let (a0, a1) = (force(u0) * h * h, force(u1) * h * h);
-        let rise = u1 - u0;
-        let c3 = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1;
-        let c4 = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1;
-        let c5 = 6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (a0 - a1);
-        [u0, v0, 0.5 * a0, c3, c4, c5]
-    }
-
     /// The coefficients of u as a polynomial in the angle since the start.
-    pub(crate) fn coefficients(&self) -> [f64; TERMS] {
-        let per_angle = 1.0 / (self.end.phi - self.start.phi);
-        let (mut c, mut scale) = ([0.0; TERMS], 1.0);
-        for (c, term) in c.iter_mut().zip(self.quintic()) {
-            *c = term * scale;
-            scale *= per_angle;
-        }
-        c
+    fn quintic(&self) -> [f64; TERMS] {
+        let State { phi, u, du } = self.start;
+        quintic(self.hole, [u, du], [self.end.u, self.end.du], self.end.phi - phi)
     }
+}
+
+/// The coefficients of the quintic, in the angle since the start, that has u, u' and u'' in common with an orbit around `hole` at both ends of a step
+/// of the angle `h`, where (u, u') are `start` and `end` (order 6, above that of the steps).
+pub fn quintic<F: Real>(hole: Attraction, start: [F; 2], end: [F; 2], h: F) -> [F; TERMS] {
+    let c = F::splat;
+    let force = |u: F| {
+        let force = u * (c(1.5 * hole.rs) * u - c(1.0));
+        if hole.is_charged() { force - c(2.0 * hole.charge_squared) * u * u * u } else { force }
+    };
+    let [u0, u1] = [start[0], end[0]];
+    let [v0, v1] = [start[1], end[1]].map(|v| v * h);
+    let [a0, a1] = [u0, u1].map(|u| force(u) * h * h);
+    let rise = u1 - u0;
+    let c3 = c(10.0) * rise - c(6.0) * v0 - c(4.0) * v1 - c(1.5) * a0 + c(0.5) * a1;
+    let c4 = c(-15.0) * rise + c(8.0) * v0 + c(7.0) * v1 + c(1.5) * a0 - a1;
+    let c5 = c(6.0) * rise - c(3.0) * (v0 + v1) - c(0.5) * (a0 - a1);
+    let per_angle = c(1.0) / h;
+    let (mut terms, mut scale) = ([c(0.0); TERMS], c(1.0));
+    for (term, share) in terms.iter_mut().zip([u0, v0, c(0.5) * a0, c3, c4, c5]) {
+        *term = share * scale;
+        scale = scale * per_angle;
+    }
+    terms
 }
 
 impl Dense for Step {
@@ -288,14 +293,9 @@ impl Dense for Step {
         self.end
     }
 
-    /// The quintic (order 6, above that of the steps).
     fn at(&self, phi: f64) -> State {
-        let h = self.end.phi - self.start.phi;
-        let t = (phi - self.start.phi) / h;
-        let [c0, c1, c2, c3, c4, c5] = self.quintic();
-        let u = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))));
-        let v = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)));
-        State { phi, u, du: v / h }
+        let (u, du) = value_and_slope(&self.quintic(), phi - self.start.phi);
+        State { phi, u, du }
     }
 
     fn until(self, end: State) -> Self {

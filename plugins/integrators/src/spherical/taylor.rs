@@ -7,9 +7,10 @@
 //! and with a charge `- 2 q^2 (c c c)[n]`, by one more sum over those of u^2. They are the dense output as well. A step is as long as the last coefficients allow (Jorba and Zou 2005, "A software
 //! package for the numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14).
 
-use crate::arithmetic::polynomial::{LARGEST_ANGLE, TERMS, cos_sin, value, value_and_slope};
+use crate::arithmetic::polynomial::{LARGEST_ANGLE, TERMS};
 use crate::spherical::Attraction;
-use crate::spherical::orbit::{Dense, Fate, Polar, State, Stepper, room};
+use crate::spherical::orbit::{Dense, Fate, Polar, State, Stepper};
+use crate::spherical::steps::{Polars, Steps, Stretch, errors};
 use bhs_core::real::{Real, fma};
 
 // Number of coefficients: measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
@@ -35,100 +36,51 @@ pub(crate) const LONGEST_POWER: f64 = {
 #[derive(Clone, Copy, Debug)]
 pub struct TaylorOrbit {
     hole: Attraction,
-    state: Polar,
+    state: Polars<f64>,
     /// Largest error of u in a step.
     error: f64,
 }
 
 impl TaylorOrbit {
     /// The orbit from `start`. Its points stray from the true orbit by about `error` times the distance from the hole, as far as
-    /// double precision goes.
-    ///
-    /// An error of u moves a point across the ray by its ratio to 1/b times r. Near the critical impact parameter more is
-    /// asked of a step: there an error on the way in changes `epsilon = (rs/b)^2 - 4/27`, and the angle at which the ray
-    /// leaves by the relative change of epsilon. What cannot be asked for is an epsilon better than rounding: the angle is
-    /// uncertain by some 1e-15/|epsilon|.
+    /// double precision goes ([`errors`]).
     pub fn new(hole: impl Into<Attraction>, start: State, error: f64) -> Self {
         let hole = hole.into();
-        let (inverse_b_squared, closeness) = if hole.is_charged() {
-            let inverse_b_squared = start.du * start.du + hole.barrier(start.u);
-            (inverse_b_squared, ((inverse_b_squared - hole.critical).abs() / inverse_b_squared).min(1.0))
-        } else {
-            let rs = hole.rs;
-            let inverse_b_squared = start.du * start.du + start.u * start.u * (1.0 - rs * start.u);
-            let epsilon = inverse_b_squared * rs * rs - 4.0 / 27.0;
-            (inverse_b_squared, (epsilon.abs() / (inverse_b_squared * rs * rs)).min(1.0))
-        };
-        let error = inverse_b_squared.sqrt() * (SAFETY * error * closeness).max(0.5 * f64::EPSILON);
-        Self { hole, state: Polar { state: start, cos: start.phi.cos(), sin: start.phi.sin() }, error }
+        let State { phi, u, du } = start;
+        let state = Polars { phi, u, du, cos: phi.cos(), sin: phi.sin() };
+        Self { hole, state, error: errors(hole, &state, error) }
     }
 }
 
 /// Share of the error that one step may make: the last coefficients overestimate its error, later steps magnify it.
 pub(crate) const SAFETY: f64 = 0.4;
 
-/// A Taylor step: a polynomial in the angle since its start.
-#[derive(Clone, Copy, Debug)]
-pub struct TaylorStep {
-    c: [f64; TERMS],
-    start: Polar,
-    end: State,
+fn state(p: &Polars<f64>) -> State {
+    State { phi: p.phi, u: p.u, du: p.du }
 }
 
-impl TaylorStep {
-    /// Cosine and sine of the angle `t` after the start.
-    #[inline(always)]
-    fn cos_sin(&self, t: f64) -> (f64, f64) {
-        let (cos, sin) = cos_sin(t);
-        let Polar { cos: c0, sin: s0, .. } = self.start;
-        (fma(c0, cos, -s0 * sin), fma(s0, cos, c0 * sin))
-    }
-}
-
-impl TaylorStep {
-    /// Coefficients of u, start and end.
-    pub(crate) fn parts(&self) -> ([f64; TERMS], Polar, State) {
-        (self.c, self.start, self.end)
-    }
-
-    /// The step with the coefficients `c` from `start` to `end`.
-    pub(crate) fn from_parts(c: [f64; TERMS], start: Polar, end: State) -> Self {
-        Self { c, start, end }
-    }
-}
-
-impl Dense for TaylorStep {
-    #[inline]
+impl Dense for Steps<f64> {
     fn start(&self) -> State {
-        self.start.state
+        state(&self.start)
     }
 
-    #[inline]
     fn end(&self) -> State {
-        self.end
+        state(&self.end)
     }
 
-    #[inline]
     fn at(&self, phi: f64) -> State {
-        let (u, du) = value_and_slope(&self.c, phi - self.start.state.phi);
-        State { phi, u, du }
+        state(&Stretch::polar(self, phi))
     }
 
-    #[inline]
-    fn place(&self, phi: f64) -> (f64, f64, f64) {
-        let t = phi - self.start.state.phi;
-        let (cos, sin) = self.cos_sin(t);
-        (value(&self.c, t), cos, sin)
-    }
-
-    #[inline]
     fn polar(&self, phi: f64) -> Polar {
-        let (cos, sin) = self.cos_sin(phi - self.start.state.phi);
-        Polar { state: self.at(phi), cos, sin }
+        let at = Stretch::polar(self, phi);
+        Polar { state: state(&at), cos: at.cos, sin: at.sin }
     }
 
     fn until(self, end: State) -> Self {
-        Self { end, ..self }
+        // The state itself, not what the series gives for it.
+        let State { phi, u, du } = end;
+        Self { end: Polars { phi, u, du, ..Stretch::polar(&self, phi) }, ..self }
     }
 }
 
@@ -206,23 +158,11 @@ pub(crate) fn root(share: f64) -> f64 {
 }
 
 impl Stepper for TaylorOrbit {
-    type Step = TaylorStep;
+    type Step = Steps<f64>;
 
-    fn advance(&mut self) -> (TaylorStep, Fate) {
-        let start = self.state.state;
-        let c = coefficients(&self.hole, start.u, start.du);
-        // The last two coefficients, for one of them is zero where the orbit is symmetric; as no step is longer than LONGEST,
-        // the very last counts for no more than so many times the one before. And two more, for coefficients change sign and
-        // may be small by chance: these would shrink by 8 or so if the nearest pole were some 3 rad away, as it is near the hole.
-        let pair = |n: usize| c[n].abs() + LONGEST * c[n + 1].abs();
-        let last = pair(TERMS - 2) + 0.125 * pair(TERMS - 4);
-        // Most steps may be the longest: the root, which costs as much as a fifth of the step, is not needed for that.
-        let share = self.error / last;
-        let longest = if share >= LONGEST_POWER { LONGEST } else { root(share) };
-        let h = room(self.hole, &start, longest);
-        let whole = TaylorStep { c, start: self.state, end: start };
-        self.state = whole.polar(start.phi + h);
-        let step = whole.until(self.state.state);
+    fn advance(&mut self) -> (Steps<f64>, Fate) {
+        let step = Steps::from(self.hole, &self.state, self.error);
+        self.state = step.end;
         (step, step.fate(self.hole))
     }
 }

@@ -1,6 +1,7 @@
 //! All that intersection sees of a ray.
 
 use bhs_core::real::{Real, Vector};
+use glam::DVec3;
 
 /// A piece of the curve that a ray follows, or of those of several rays side by side, with dense output.
 ///
@@ -23,9 +24,6 @@ pub trait Arc<F: Real>: Copy {
     /// The derivative of [`Arc::point`], of any length but 0.
     fn tangent(&self, s: F) -> Vector<F>;
 
-    /// The second derivative of [`Arc::point`], at least to some digits: it speeds up the search for where curve and surface meet.
-    fn curvature(&self, s: F) -> Vector<F>;
-
     /// [`Arc::point`] and [`Arc::tangent`], which together may cost little more than one of them.
     #[inline(always)]
     fn point_and_tangent(&self, s: F) -> (Vector<F>, Vector<F>) {
@@ -36,17 +34,51 @@ pub trait Arc<F: Real>: Copy {
     /// large than too small.
     fn gap(&self, a: F, b: F) -> F;
 
+    /// Whether [`Arc::stride`] is the same wherever it starts.
+    const HAS_EQUAL_STRIDES: bool = false;
+
     /// A length of parameter from `from` on after which [`Arc::gap`] is about `gap` > 0, and no more; may go beyond the end, and is above 0.
     fn stride(&self, from: F, gap: F) -> F;
 
-    /// About the parameter of the point of the curve that lies beside the point at the share `share` of the chord from `a` to `b`.
+    /// Chords of this length of parameter are so long that a single one to the end costs less than a look at the free space.
+    const LONG: f64 = f64::INFINITY;
+
+    /// The parameter of the farthest point, not beyond `end`, that one leap from `from` on may lead to: the gap of the stretch is not to be
+    /// large beside free space.
     #[inline(always)]
-    fn beside(&self, a: F, b: F, share: F) -> F {
-        share.fma(b - a, a)
+    fn farthest_leap(&self, _from: F, end: F) -> F {
+        end
     }
 
-    /// The same curve, cut short at the parameter `end`.
-    fn until(self, end: F) -> Self;
+    /// How fast a curve may stray from the chord between its points `points` at the parameters `ends`, over the way along the chord; `gap` is at
+    /// least [`Arc::gap`] of it, `per_length` one over the length of the chord.
+    #[inline(always)]
+    fn growth(&self, _ends: [F; 2], _points: [Vector<F>; 2], gap: F, per_length: F) -> F {
+        // Four times the gap in the share of the parameter, which grows no faster than with twice the share of the way.
+        F::splat(8.0) * gap * per_length
+    }
+
+    /// About the parameter of the point of the curve that lies beside the point at the share `share` of the chord between the points `points` at
+    /// the parameters `ends`.
+    #[inline(always)]
+    fn beside(&self, ends: [F; 2], _points: [Vector<F>; 2], share: F) -> F {
+        share.fma(ends[1] - ends[0], ends[0])
+    }
+
+    /// What [`Arc::height`] has to know of a plane.
+    type Plane: Copy;
+
+    /// The planes with the normals `normal`, of any length, through the points `point`.
+    fn plane(&self, normal: Vector<F>, point: Vector<F>) -> Self::Plane;
+
+    /// A function that vanishes where the curve meets the plane and has the sign of the side on which it is, at the parameter `s`, with its
+    /// first derivative and, at least to some digits, its second.
+    fn height(&self, plane: &Self::Plane, s: F) -> [F; 3];
+
+    /// Whether no ray can be at `point`: chords of curves that end at a horizon may pass behind it.
+    fn is_nowhere(&self, _point: DVec3) -> bool {
+        false
+    }
 
     /// The curve of ray number `i`.
     fn lane(&self, i: usize) -> Self::One;
@@ -57,7 +89,6 @@ pub trait Arc<F: Real>: Copy {
 pub(crate) mod tests {
     use super::*;
     use bhs_core::real::Mask;
-    use glam::DVec3;
 
     /// Fails unless `arc` is as [`Arc`] says, in `chords` pieces: derivatives are those of the points to the share `precision`, no gap is exceeded,
     /// strides keep their gap and are no shorter than `waste` times what they could be, and a lane is as all of them.
@@ -81,8 +112,6 @@ pub(crate) mod tests {
             assert!(found.le((gap * c(0.125)).fma(c(1.01), c(1e-13))).all(), "{found:?} of {gap:?}");
             assert!(stride.ge((b - a) * c(waste)).all(), "{stride:?} of {:?}", b - a);
         }
-        let half = arc.until(at(0.5));
-        assert_eq!(half.end().lane(0), at(0.5).lane(0));
         for i in 0..F::COUNT {
             let one = arc.lane(i);
             assert_eq!((one.start(), one.end()), (start.lane(i), end.lane(i)));
@@ -100,15 +129,31 @@ pub(crate) mod tests {
     }
 
     fn derivatives<F: Real, A: Arc<F>>(arc: &A, s: F, h: F, precision: f64) {
-        let ([p0, p1], [t0, t1]) = ([s - h, s + h].map(|s| arc.point(s)), [s - h, s + h].map(|s| arc.tangent(s)));
-        let per = F::splat(0.5) / h;
-        let (slope, bend) = ((p1 - p0) * per, (t1 - t0) * per);
+        let ends = [s - h, s + h];
+        let [p0, p1] = ends.map(|s| arc.point(s));
+        let slope = (p1 - p0) * (F::splat(0.5) / h);
         for i in 0..F::COUNT {
             let t = arc.tangent(s).lane(i);
             assert!((slope.lane(i) - t).length() < precision * t.length(), "tangent {t} is {}", slope.lane(i));
-            let second = arc.curvature(s).lane(i);
-            let scale = second.length().max(precision * t.length() / h.lane(i));
-            assert!((bend.lane(i) - second).length() < 1e3 * precision * scale, "curvature {second} is {}", bend.lane(i));
+        }
+        // A plane that the curve meets here, and one that it does not.
+        for (share, tilt) in [(0.0, DVec3::new(0.3, -0.4, 0.2)), (0.7, DVec3::new(-0.1, 0.5, 0.6))] {
+            let point = p0 + (p1 - p0) * F::splat(0.5 + share);
+            let normal = arc.tangent(s).normalize() + Vector::all(tilt);
+            let plane = arc.plane(normal, point);
+            let [low, here, high] = [s - h, s, s + h].map(|s| arc.height(&plane, s));
+            for i in 0..F::COUNT {
+                let scale = high[0].lane(i).abs().max(low[0].lane(i).abs());
+                let side = (arc.point(s) - point).dot(normal).lane(i);
+                let is_far = side.abs() > 1e-3 * (p1 - p0).length().lane(i);
+                assert!(!is_far || side * here[0].lane(i) > 0.0, "{side} {here:?}");
+                for k in 0..2 {
+                    let found = (high[k] - low[k]).lane(i) / (2.0 * h.lane(i));
+                    let error = (found - here[k + 1].lane(i)).abs() * h.lane(i);
+                    let whole = if k == 0 { scale } else { low[1].lane(i).abs().max(high[1].lane(i).abs()) };
+                    assert!(error < [1.0, 10.0][k] * precision.max(1e-6) * whole, "{k}: {found} is {:?}", here[k + 1]);
+                }
+            }
         }
     }
 
@@ -146,8 +191,14 @@ pub(crate) mod tests {
             Vector { x: F::splat(3.0), y: s + s, z: F::splat(0.0) }
         }
 
-        fn curvature(&self, _: F) -> Vector<F> {
-            Vector::all(DVec3::new(0.0, 2.0, 0.0))
+        type Plane = [Vector<F>; 2];
+
+        fn plane(&self, normal: Vector<F>, point: Vector<F>) -> [Vector<F>; 2] {
+            [normal, point]
+        }
+
+        fn height(&self, [normal, point]: &[Vector<F>; 2], s: F) -> [F; 3] {
+            [(self.point(s) - *point).dot(*normal), self.tangent(s).dot(*normal), F::splat(2.0) * normal.y]
         }
 
         fn gap(&self, a: F, b: F) -> F {
@@ -156,10 +207,6 @@ pub(crate) mod tests {
 
         fn stride(&self, _: F, gap: F) -> F {
             (F::splat(4.0) * gap).sqrt()
-        }
-
-        fn until(self, end: F) -> Self {
-            Self(end)
         }
 
         fn lane(&self, i: usize) -> Thrown<f64> {
@@ -192,17 +239,18 @@ pub(crate) mod tests {
             fn tangent(&self, s: f64) -> Vector<f64> {
                 self.0.tangent(s)
             }
-            fn curvature(&self, s: f64) -> Vector<f64> {
-                self.0.curvature(s)
+            type Plane = [Vector<f64>; 2];
+            fn plane(&self, normal: Vector<f64>, point: Vector<f64>) -> [Vector<f64>; 2] {
+                self.0.plane(normal, point)
+            }
+            fn height(&self, plane: &[Vector<f64>; 2], s: f64) -> [f64; 3] {
+                self.0.height(plane, s)
             }
             fn gap(&self, a: f64, b: f64) -> f64 {
                 0.1 * self.0.gap(a, b)
             }
             fn stride(&self, from: f64, gap: f64) -> f64 {
                 self.0.stride(from, gap)
-            }
-            fn until(self, end: f64) -> Self {
-                Self(self.0.until(end))
             }
             fn lane(&self, _: usize) -> Self {
                 *self

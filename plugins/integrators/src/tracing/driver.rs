@@ -1,43 +1,51 @@
-//! One ray from its start to where it ends, piece by piece, whatever bends it.
+//! Rays from their starts to where they end, one or eight side by side, piece by piece, whatever bends them.
 
 use crate::tracing::arc::Arc;
-use crate::tracing::chords::Chords;
-use bhs_core::integrator::{Arrival, SurfaceHit};
+use crate::tracing::packet::Packet;
+use bhs_core::integrator::{Arrival, Cost, RayEnd, SurfaceHit};
 use bhs_core::intersector::Primitive;
+use bhs_core::lanes::{LANES, set_bits};
+use bhs_core::real::{Mask, Real};
 use bhs_core::spacetime::Side;
-use crate::log::TraceLog;
 use bhs_core::world::World;
 use glam::DVec3;
 
-/// A ray that can be followed: its pieces, one after the other.
-pub trait Course {
-    /// The curve of one piece, in the chart of the side that the ray is on.
-    type Piece: Arc<f64>;
+/// Rays that can be followed side by side: their pieces, one after the other.
+pub trait Course<F: Real> {
+    /// The curves of one piece of each, in the charts of the sides that the rays are on.
+    type Piece: Arc<F>;
 
-    /// The next piece, and how the ray goes on behind it. A piece may have no length, and then no points.
+    /// Which of the rays begin where no light comes from, and which cannot be followed at all.
+    fn begin(&self) -> (F::Mask, F::Mask) {
+        (F::Mask::NONE, F::Mask::NONE)
+    }
+
+    /// Makes the next piece of the rays `which`, and says how they go on behind it. The piece of a ray may have no length, and then no points.
     ///
     /// The parameters of a piece go on where those of the piece before end.
-    fn advance(&mut self) -> (Self::Piece, Next);
+    fn advance(&mut self, which: F::Mask) -> Next<F>;
+
+    /// The piece that was made last.
+    fn piece(&self) -> &Self::Piece;
+
+    /// Tells `found`, of each of the rays `which`, which have just escaped: its number, its direction far away (unit vector of the chart; `None` if it
+    /// cannot be told), and the parameter that stands for the whole ray.
+    fn directions(&mut self, which: F::Mask, found: impl FnMut(usize, Option<DVec3>, f64));
 }
 
-/// How a ray goes on behind a piece.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Next {
-    /// There is another piece.
-    GoesOn,
+/// How rays go on behind a piece: those of no mask have another piece.
+#[derive(Clone, Copy, Debug)]
+pub struct Next<F: Real> {
+    /// The parameters of the rays behind the piece, which may end before that where it leaves all that can be met.
+    pub until: F,
     /// The piece ends on the throat; the next one begins in the chart of the other side.
-    Crosses,
-    /// It meets nothing any more.
-    Escapes {
-        /// Where to (unit vector of the chart).
-        direction: DVec3,
-        /// The parameter that stands for the whole ray.
-        parameter: f64,
-    },
-    /// It ends where no light comes from.
-    Falls,
-    /// It cannot be followed further.
-    Lost,
+    pub crosses: F::Mask,
+    /// They meet nothing any more.
+    pub escapes: F::Mask,
+    /// They end where no light comes from.
+    pub falls: F::Mask,
+    /// They cannot be followed further.
+    pub lost: F::Mask,
 }
 
 /// A ray that is to be followed, besides its course.
@@ -51,12 +59,12 @@ pub struct Start {
     pub side: Side,
     /// What the ray leaves, if the origin lies on it exactly.
     pub leaving: Option<Primitive>,
+    /// The geometry on which it ends, if it does.
+    pub target: Option<u32>,
     /// Largest distance between chords and course (scene units); may be infinite.
     pub gap: f64,
     /// The parameter at which the ray ends, if nothing stands in its way before.
     pub limit: f64,
-    /// Pieces after which it is given up.
-    pub max_steps: u64,
 }
 
 /// Where a ray ends.
@@ -64,8 +72,8 @@ pub struct Start {
 pub enum End {
     /// On a surface.
     Surface(SurfaceHit),
-    /// Where it was to end: here, on this side.
-    Limit(DVec3, Side),
+    /// Where it was to end: the last chord ended here, on this side.
+    ReachedLimit(DVec3, Side),
     /// Far away, in this direction, on this side.
     Sky(DVec3, Side),
     /// Where no light comes from.
@@ -74,63 +82,115 @@ pub enum End {
     Lost,
 }
 
-impl End {
-    /// The same of a ray without a limit; counts it.
-    pub fn arrival(self, log: &mut TraceLog) -> Arrival {
-        let counters = &mut log.counters;
-        match self {
-            Self::Surface(hit) => {
-                counters.hit += 1;
-                Arrival::Surface(hit)
+/// What became of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Followed {
+    /// Where it ended.
+    pub end: End,
+    /// The parameter there.
+    pub parameter: f64,
+    /// What that took.
+    pub cost: Cost,
+}
+
+impl Followed {
+    /// That of a ray which was not followed.
+    pub const NOT: Self = Self { end: End::Lost, parameter: 0.0, cost: RayEnd::NONE.cost };
+
+    /// The same of a ray without a limit.
+    #[inline]
+    pub fn ray_end(&self) -> RayEnd {
+        let arrival = match self.end {
+            End::Surface(hit) => Arrival::Surface(hit),
+            End::Sky(direction, side) => Arrival::Sky(direction, side),
+            End::Fallen => Arrival::Hole,
+            End::ReachedLimit(..) | End::Lost => Arrival::OutOfSteps,
+        };
+        RayEnd { arrival, swept: self.parameter, cost: self.cost }
+    }
+}
+
+/// Follows the rays `starts`, as many as there are of `course` or fewer, through `world`, each for at most `max_steps` pieces: what becomes of
+/// them. `watch` gets the points of the way of the first one, if somebody wants them.
+pub fn follow<F: Real, C: Course<F>>(
+    world: &World,
+    starts: &[Start],
+    course: &mut C,
+    max_steps: u64,
+    watch: Option<&mut Vec<DVec3>>,
+) -> [Followed; LANES] {
+    let present = F::Mask::of_bits(((1_u32 << starts.len()) - 1) & F::Mask::ALL.bits());
+    let mut packet = Packet::<F>::new(world, starts, watch);
+    let (falls, lost) = course.begin();
+    packet.end(present & falls, |_| End::Fallen);
+    packet.go(course, present & !(falls | lost), max_steps);
+    packet.followed
+}
+
+impl<F: Real> Packet<'_, F> {
+    /// Follows the rays `underway` to their ends.
+    ///
+    /// Not copied into its callers, or the loop over steps is as large as all that it calls.
+    #[inline(never)]
+    fn go<C: Course<F>>(&mut self, course: &mut C, mut underway: F::Mask, max_steps: u64) {
+        for _ in 0..max_steps {
+            if !underway.any() {
+                return;
             }
-            Self::Sky(direction, side) => {
-                counters.escaped += 1;
-                Arrival::Sky(direction, side)
+            for i in set_bits(underway.bits()) {
+                self.followed[i].cost.steps += 1;
             }
-            Self::Fallen => {
-                counters.captured += 1;
-                Arrival::Hole
+            let next = course.advance(underway);
+            let piece = course.piece();
+            let there = underway & next.until.ge(self.limit);
+            let end = piece.end().min(self.limit);
+            self.parameter = F::select(underway, next.until.min(self.limit), self.parameter);
+            self.crossing = next.crosses & !there;
+            let met = self.meet(piece, end, underway & end.gt(piece.start()));
+            underway = underway & !met;
+            self.finish(course, &next, underway, there);
+            let crossing = underway & self.crossing;
+            if crossing.any() {
+                self.cross(crossing);
             }
-            Self::Limit(..) | Self::Lost => {
-                counters.out_of_steps += 1;
-                Arrival::OutOfSteps
-            }
+            underway = underway & !(there | next.escapes | next.falls | next.lost);
+        }
+        self.end(underway, |_| End::Lost);
+    }
+
+    /// Notes the ends of those of `rays` that end behind a piece; `there`: where they were to end.
+    #[inline(always)]
+    fn finish<C: Course<F>>(&mut self, course: &mut C, next: &Next<F>, rays: F::Mask, there: F::Mask) {
+        if !(rays & (there | next.escapes | next.falls | next.lost)).any() {
+            return;
+        }
+        let last = self.last;
+        let far = self.far;
+        self.end(rays & there, |i| End::ReachedLimit(last.lane(i), side(far, i)));
+        let rays = rays & !there;
+        self.end(rays & next.lost, |_| End::Lost);
+        self.end(rays & next.falls, |_| End::Fallen);
+        let escaped = rays & next.escapes & !next.falls;
+        if escaped.any() {
+            course.directions(escaped, |i, direction, parameter| {
+                self.followed[i].parameter = parameter;
+                self.followed[i].end = direction.map_or(End::Lost, |direction| End::Sky(direction, side(far, i)));
+            });
+        }
+    }
+
+    /// Notes the ends of `rays`.
+    #[inline(always)]
+    fn end(&mut self, rays: F::Mask, end: impl Fn(usize) -> End) {
+        for i in set_bits(rays.bits()) {
+            self.followed[i].end = end(i);
+            self.followed[i].parameter = self.parameter.lane(i);
         }
     }
 }
 
-/// Follows `course` through `world`: where it ends, and the parameter there. Counts steps, queries and leaps, and notes points.
-pub fn follow<C: Course>(world: &World, start: &Start, course: &mut C, log: &mut TraceLog) -> (End, f64) {
-    log.point(start.origin);
-    let mut side = start.side;
-    let mut chords = Chords::of_ray(world, start);
-    let mut parameter = 0.0;
-    for _ in 0..start.max_steps {
-        let (piece, next) = course.advance();
-        log.counters.steps += 1;
-        let ends = piece.end() >= start.limit;
-        let piece = if ends { piece.until(start.limit.max(piece.start())) } else { piece };
-        if piece.end() > piece.start() {
-            let crosses = next == Next::Crosses && !ends;
-            if let Some((hit, parameter)) = chords.meet(&piece, crosses, log) {
-                log.point(hit.point);
-                return (End::Surface(hit), parameter);
-            }
-            parameter = piece.end();
-        }
-        if ends {
-            return (End::Limit(chords.last().unwrap_or(start.origin), side), start.limit);
-        }
-        match next {
-            Next::GoesOn => {}
-            Next::Crosses => {
-                side = side.other();
-                chords = Chords::on_side(world, side, start.gap);
-            }
-            Next::Escapes { direction, parameter } => return (End::Sky(direction, side), parameter),
-            Next::Falls => return (End::Fallen, parameter),
-            Next::Lost => return (End::Lost, parameter),
-        }
-    }
-    (End::Lost, parameter)
+/// The side of ray number `i`, if the bits `far` are set of those on the far side.
+#[inline]
+pub(crate) fn side(far: u32, i: usize) -> Side {
+    if far >> i & 1 == 1 { Side::Far } else { Side::Near }
 }

@@ -1,6 +1,6 @@
 //! How large the surfaces of a world are, those of both sides together, and what that says of precision.
 
-use crate::flight::Tolerance;
+use crate::tolerance::Tolerance;
 use bhs_core::geometry::Aabb;
 use bhs_core::spacetime::{Ball, Side};
 use bhs_core::world::World;
@@ -27,6 +27,8 @@ const UNKNOWN_FOOTPRINT: f64 = 1e-4;
 pub struct Extent {
     /// A ball around all surfaces of both sides; of radius 0 without any.
     pub reach: Ball,
+    /// A box around them.
+    bounds: Aabb,
     /// The larger diagonal of the boxes around the surfaces of each side (scene units); 0 without any.
     pub diagonal: f64,
 }
@@ -55,12 +57,13 @@ impl Extent {
         } else {
             Ball { center: all.center(), radius: 0.5 * (all.max - all.min).length() }
         };
-        Self { reach, diagonal }
+        Self { reach, bounds: all, diagonal }
     }
 
     /// Distance from `center` within which all surfaces lie (scene units); 0 without any.
     pub fn around(&self, center: DVec3) -> f64 {
-        if self.diagonal > 0.0 { (self.reach.center - center).length() + self.reach.radius } else { 0.0 }
+        let farthest = || (self.bounds.min - center).abs().max((self.bounds.max - center).abs()).length();
+        if self.diagonal > 0.0 { farthest() } else { 0.0 }
     }
 
     /// The distance (scene units) by which what is traced of a ray of the given footprint may stray from it.

@@ -20,8 +20,11 @@ pub struct Meeting {
 /// Corrections at most.
 const CORRECTIONS: u32 = 60;
 
+/// Corrections of where a curve meets a facet, if the hit is as most are.
+pub(crate) const CORRECTIONS_OF_PLAIN_HITS: u32 = 4;
+
 /// A correction is the last one if it is smaller than this share of the chord: what is left is of the third order in it.
-const SMALL: f64 = 1e-6;
+pub(crate) const SMALL: f64 = 1e-4;
 
 /// The same of a method of second order.
 const SMALLER: f64 = 1e-8;
@@ -46,23 +49,23 @@ pub fn on_facet<A: Arc<f64>>(arc: &A, ends: [f64; 2], guess: f64, corners: [DVec
     let n = (corners[1] - a).cross(corners[2] - a);
     let [mut lo, mut hi] = ends;
     let width = hi - lo;
-    let height = |s: f64| n.dot(DVec3::from(arc.point(s)) - a);
+    let plane = arc.plane(n.into(), a.into());
+    let height = |s: f64| arc.height(&plane, s)[0];
     let [from, to] = ends.map(height);
     let bracketed = (from < 0.0) != (to < 0.0);
+    let nearest_end = if from.abs() < to.abs() { lo } else { hi };
     let beyond = if bracketed { 0.0 } else { 0.5 * width };
     let mut s = guess.clamp(lo, hi);
     for _ in 0..CORRECTIONS {
-        let (point, tangent) = arc.point_and_tangent(s);
-        let (value, slope) = (n.dot(DVec3::from(point) - a), n.dot(tangent.into()));
-        let second = n.dot(arc.curvature(s).into());
+        let [value, slope, second] = arc.height(&plane, s);
         if bracketed && (value < 0.0) == (from < 0.0) {
             lo = s;
         } else if bracketed {
             hi = s;
         }
-        let change = -value * slope / (slope * slope - 0.5 * value * second);
+        let change = -(value * slope) / (slope * slope - 0.5 * value * second);
         let better = s + change;
-        if better >= lo - beyond && better <= hi + beyond {
+        if better > lo - beyond && better < hi + beyond {
             s = better;
             if change.abs() <= SMALL * width {
                 break;
@@ -70,7 +73,8 @@ pub fn on_facet<A: Arc<f64>>(arc: &A, ends: [f64; 2], guess: f64, corners: [DVec
         } else if bracketed {
             s = 0.5 * (lo + hi);
         } else {
-            return None;
+            s = nearest_end;
+            break;
         }
     }
     let met = DVec3::from(arc.point(s));

@@ -42,6 +42,13 @@ impl<F: Real> PolynomialArc<F> {
         arc
     }
 
+    /// The same curve, cut short at the parameter `end`.
+    #[inline(always)]
+    #[must_use]
+    pub fn until(self, end: F) -> Self {
+        Self { end, ..self }
+    }
+
     /// Curvature and square of the speed at `t`.
     #[inline(always)]
     fn bend(&self, t: F) -> (F, F) {
@@ -124,9 +131,19 @@ impl<F: Real> Arc<F> for PolynomialArc<F> {
         self.first(self.share(s)) * self.per_length
     }
 
+    type Plane = [Vector<F>; 2];
+
     #[inline(always)]
-    fn curvature(&self, s: F) -> Vector<F> {
-        self.second(self.share(s)) * (self.per_length * self.per_length)
+    fn plane(&self, normal: Vector<F>, point: Vector<F>) -> [Vector<F>; 2] {
+        [normal, point]
+    }
+
+    #[inline(always)]
+    fn height(&self, [normal, point]: &[Vector<F>; 2], s: F) -> [F; 3] {
+        let t = self.share(s);
+        let per_length = self.per_length;
+        let slope = self.first(t).dot(*normal) * per_length;
+        [(self.value(t) - *point).dot(*normal), slope, self.second(t).dot(*normal) * per_length * per_length]
     }
 
     #[inline(always)]
@@ -148,11 +165,6 @@ impl<F: Real> Arc<F> for PolynomialArc<F> {
         let stride = F::select((hopeful * hopeful * bend).le(eight * F::splat(1.0 + 1e-9)), hopeful, careful);
         // No more than rounding of the step's length if it has none.
         stride / self.per_length.max(F::splat(f64::MIN_POSITIVE))
-    }
-
-    #[inline(always)]
-    fn until(self, end: F) -> Self {
-        Self { end, ..self }
     }
 
     fn lane(&self, i: usize) -> PolynomialArc<f64> {

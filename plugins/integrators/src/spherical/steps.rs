@@ -1,0 +1,340 @@
+//! Orbits of one ray or several side by side: their planes, and long steps by Taylor series (`taylor.rs`).
+
+use crate::arithmetic::polynomial::{TERMS, cos_sin, small_arc_tangent, value, value_and_slope};
+use crate::spherical::Attraction;
+use crate::spherical::orbit::{Dense, OVERSHOOT};
+use crate::spherical::taylor::{LONGEST, LONGEST_POWER, SAFETY, coefficients, root};
+use bhs_core::lanes::{LANES, set_bits};
+use bhs_core::real::{Mask, Real, Vector};
+use glam::DVec3;
+
+/// States of orbits, with cosines and sines of their angles.
+#[derive(Clone, Copy, Debug)]
+pub struct Polars<F> {
+    /// Angles swept (rad).
+    pub phi: F,
+    /// 1/r.
+    pub u: F,
+    /// du/dphi.
+    pub du: F,
+    /// cos(phi).
+    pub cos: F,
+    /// sin(phi).
+    pub sin: F,
+}
+
+impl<F: Real> Polars<F> {
+    /// The state of ray number `i`.
+    pub fn lane(&self, i: usize) -> Polars<f64> {
+        let [phi, u, du, cos, sin] = [self.phi, self.u, self.du, self.cos, self.sin].map(|l| l.lane(i));
+        Polars { phi, u, du, cos, sin }
+    }
+
+    /// Of the rays in `which` those of `self`, of the others those of `o`.
+    #[inline(always)]
+    pub fn or(&self, o: &Self, which: F::Mask) -> Self {
+        Self {
+            phi: F::select(which, self.phi, o.phi),
+            u: F::select(which, self.u, o.u),
+            du: F::select(which, self.du, o.du),
+            cos: F::select(which, self.cos, o.cos),
+            sin: F::select(which, self.sin, o.sin),
+        }
+    }
+
+    /// The states further on by small angles: [`Polar::moved`].
+    #[inline(always)]
+    pub fn moved(&self, hole: impl Into<Attraction>, by: F) -> Self {
+        let hole = hole.into();
+        let Self { phi, u, du, cos, sin } = *self;
+        let c = F::splat;
+        let half = c(0.5) * by;
+        let mut force = u * u.fma(c(1.5 * hole.rs), c(-1.0));
+        let mut slope = u.fma(c(3.0 * hole.rs), c(-1.0));
+        if hole.is_charged() {
+            let repulsion = c(-2.0 * hole.charge_squared) * u * u;
+            force = repulsion.fma(u, force);
+            slope = repulsion.fma(c(3.0), slope);
+        }
+        Self {
+            phi: phi + by,
+            u: by.fma(half.fma(force, du), u),
+            du: by.fma((half * du).fma(slope, force), du),
+            cos: cos - by * half.fma(cos, sin),
+            sin: sin + by * (-half).fma(sin, cos),
+        }
+    }
+}
+
+/// The planes of orbits, around one centre.
+#[derive(Clone, Copy, Debug)]
+pub struct Planes<F> {
+    /// The hole's centre.
+    pub center: DVec3,
+    /// Unit vectors from the centre to where the orbits begin.
+    pub e1: Vector<F>,
+    /// Unit vectors across them.
+    pub e2: Vector<F>,
+}
+
+/// Newton's corrections of the angle at which an orbit reaches infinity.
+const MOST_CORRECTIONS: u32 = 8;
+
+/// Least sine of the angle between a ray and the radius. A radial ray sweeps no angle at all; this close to it, the orbit is a radial line to far
+/// below rounding, and the same equations serve.
+const LEAST_SINE: f64 = 1e-30;
+
+impl<F: Real> Planes<F> {
+    /// The planes and initial states of rays with unit chart directions, none of which starts at the centre.
+    #[inline(always)]
+    pub fn of_rays(center: DVec3, origin: Vector<F>, direction: Vector<F>) -> (Self, Polars<F>) {
+        let c = F::splat;
+        let one = c(1.0);
+        let from_center = origin - Vector::all(center);
+        // Without fused operations: critical orbits feel each rounding.
+        let dot = |a: Vector<F>, b: Vector<F>| a.x * b.x + a.y * b.y + a.z * b.z;
+        let r0 = dot(from_center, from_center).sqrt();
+        let e1 = from_center.over(r0);
+        let cos = dot(direction, e1);
+        // Twice is enough (Kahan): the second projection removes what rounding left of the radial part.
+        let across = direction - e1 * cos;
+        let across = across - e1 * dot(across, e1);
+        let length = dot(across, across).sqrt();
+        let sin = length.max(c(LEAST_SINE));
+        let start = Polars { phi: c(0.0), u: one / r0, du: -cos / (sin * r0), cos: one, sin: c(0.0) };
+        let mut e2 = across.over(sin);
+        let radial = length.le(c(LEAST_SINE));
+        if radial.any() {
+            e2 = any_across(e1).or(e2, radial);
+        }
+        (Self { center, e1, e2 }, start)
+    }
+
+    /// The points at 1/r = `u`, where cosine and sine of the angle are these.
+    #[inline(always)]
+    pub fn points(&self, u: F, cos: F, sin: F) -> Vector<F> {
+        let r = F::splat(1.0) / u;
+        Vector::all(self.center).plus(self.e1, cos * r).plus(self.e2, sin * r)
+    }
+
+    /// The unit chart tangents: [`OrbitPlane::direction_of`].
+    #[inline(always)]
+    pub fn directions(&self, p: &Polars<F>) -> Vector<F> {
+        let (x, y) = (-(p.u * p.sin) - p.du * p.cos, p.u * p.cos - p.du * p.sin);
+        let scale = F::splat(1.0) / x.fma(x, y * y).sqrt();
+        (self.e1 * (x * scale)).plus(self.e2, y * scale)
+    }
+
+    /// The angles, of less than half a turn, from the points `from` to the points `to` of the planes (rad): to 1e-5 for those of less than 0.8.
+    #[inline(always)]
+    pub fn angles(&self, from: Vector<F>, to: Vector<F>) -> F {
+        let center = Vector::all(self.center);
+        let (from, to) = (from - center, to - center);
+        let (x0, y0) = (from.dot(self.e1), from.dot(self.e2));
+        let (x, y) = (to.dot(self.e1), to.dot(self.e2));
+        let (along, across) = (x0 * x + y0 * y, x0 * y - y0 * x);
+        // Twice the angle whose tangent is that of half the angle.
+        F::splat(2.0) * small_arc_tangent(across / (along + along.fma(along, across * across).sqrt()))
+    }
+
+    /// The plane of ray number `i`.
+    pub fn lane(&self, i: usize) -> Planes<f64> {
+        Planes { center: self.center, e1: self.e1.lane(i).into(), e2: self.e2.lane(i).into() }
+    }
+}
+
+/// Largest errors of u in a step of orbits that are at `start`, if their points are to stray from the true ones by about `relative` times the
+/// distance from the hole, as far as double precision goes.
+///
+/// An error of u moves a point across the ray by its ratio to 1/b times r. Near the critical impact parameter more is asked of a step: there an
+/// error on the way in changes `epsilon = (rs/b)^2 - 4/27`, and the angle at which the ray leaves by the relative change of epsilon. What cannot
+/// be asked for is an epsilon better than rounding: the angle is uncertain by some 1e-15/|epsilon|.
+#[inline(always)]
+pub fn errors<F: Real>(hole: impl Into<Attraction>, start: &Polars<F>, relative: F) -> F {
+    let c = F::splat;
+    let (hole, Polars { u, du, .. }) = (hole.into(), *start);
+    if hole.is_charged() {
+        let barrier = u * u * u.fma(u.fma(c(hole.charge_squared), c(-hole.rs)), c(1.0));
+        let inverse_b_squared = du.fma(du, barrier);
+        let closeness = ((inverse_b_squared - c(hole.critical)).abs() / inverse_b_squared).min(c(1.0));
+        return inverse_b_squared.sqrt() * (c(SAFETY) * relative * closeness).max(c(0.5 * f64::EPSILON));
+    }
+    let rs = hole.rs;
+    let inverse_b_squared = du.fma(du, u * u * u.fma(c(-rs), c(1.0)));
+    let scaled = inverse_b_squared * c(rs * rs);
+    let closeness = ((scaled - c(4.0 / 27.0)).abs() / scaled).min(c(1.0));
+    inverse_b_squared.sqrt() * (c(SAFETY) * relative * closeness).max(c(0.5 * f64::EPSILON))
+}
+
+/// One Taylor step of each orbit.
+#[derive(Clone, Copy)]
+pub struct Steps<F> {
+    pub(super) c: [F; TERMS],
+    /// Where they begin.
+    pub start: Polars<F>,
+    /// Where they end.
+    pub end: Polars<F>,
+}
+
+impl<F: Real> Steps<F> {
+    /// The steps from `start` of the orbits around `hole`, with errors of u of at most `error`.
+    #[inline]
+    pub fn from(hole: impl Into<Attraction>, start: &Polars<F>, error: F) -> Self {
+        let (one, hole) = (F::splat, hole.into());
+        let c = coefficients(&hole, start.u, start.du);
+        // The last two coefficients, for one of them is zero where the orbit is symmetric; as no step is longer than LONGEST, the very last counts
+        // for no more than so many times the one before. And two more, for coefficients change sign and may be small by chance: these would
+        // shrink by 8 or so if the nearest pole were some 3 rad away, as it is near the hole.
+        let pair = |n: usize| one(LONGEST).fma(c[n + 1].abs(), c[n].abs());
+        let share = error / pair(TERMS - 4).fma(one(0.125), pair(TERMS - 2));
+        // Most steps may be the longest: the root, which costs as much as a fifth of the step, is not needed for that.
+        let shorter = (!share.ge(one(LONGEST_POWER))).bits();
+        let mut longest = [LONGEST; LANES];
+        let shares = share.to_array();
+        for i in set_bits(shorter) {
+            longest[i] = root(shares[i]);
+        }
+        let h = room(hole, start, F::from_fn(|i| longest[i]));
+        Self::of_polynomials(c, start, h)
+    }
+
+    /// Steps of no length.
+    #[inline(always)]
+    pub fn nowhere(at: &Polars<F>) -> Self {
+        Self { c: [F::splat(0.0); TERMS], start: *at, end: *at }
+    }
+
+    /// The steps along which 1/r is the polynomial `c` in the angle since `start`, of the angles `h`.
+    #[inline(always)]
+    pub fn of_polynomials(c: [F; TERMS], start: &Polars<F>, h: F) -> Self {
+        let mut steps = Self { c, start: *start, end: *start };
+        steps.end = steps.polar(start.phi + h);
+        steps
+    }
+
+    /// Which orbits have reached infinity.
+    fn escaped(&self) -> F::Mask {
+        self.end.u.le(F::splat(0.0))
+    }
+
+    /// The angles at which the orbits reach infinity, and of which of them they are right (Newton's method; [`Dense::crossing`] finds the others).
+    #[inline(always)]
+    fn angles_at_infinity(&self) -> (Polars<F>, F::Mask) {
+        let c = F::splat;
+        let width = self.end.phi - self.start.phi;
+        let mut t = width * (self.start.u / (self.start.u - self.end.u)).max(c(0.0)).min(c(1.0));
+        let mut right = F::Mask::NONE;
+        for _ in 0..MOST_CORRECTIONS {
+            let (u, du) = value_and_slope(&self.c, t);
+            let change = u / du;
+            t -= change;
+            right = change.abs().le(c(1e-8) * width) & t.ge(c(0.0)) & t.le(width);
+            if (right | !self.escaped()).all() {
+                break;
+            }
+        }
+        (self.polar(self.start.phi + t), right)
+    }
+
+    /// Cosines and sines of the angles `t` after the start.
+    #[inline(always)]
+    fn cos_sin(&self, t: F) -> (F, F) {
+        let (cos, sin) = cos_sin(t);
+        let Polars { cos: c0, sin: s0, .. } = self.start;
+        (c0 * cos - s0 * sin, s0.fma(cos, c0 * sin))
+    }
+}
+
+/// A stretch of an orbit, or of several around the same hole, with their states at any angle.
+pub trait Stretch<F: Real>: Copy {
+    /// That of one of the orbits.
+    type One: Stretch<f64> + Dense;
+
+    /// Where it begins.
+    fn start(&self) -> &Polars<F>;
+
+    /// Where it ends.
+    fn end(&self) -> &Polars<F>;
+
+    /// The states at the angles `phi`.
+    fn polar(&self, phi: F) -> Polars<F>;
+
+    /// 1/r at the angles `phi`, with their cosines and sines.
+    #[inline(always)]
+    fn place(&self, phi: F) -> (F, F, F) {
+        let Polars { u, cos, sin, .. } = self.polar(phi);
+        (u, cos, sin)
+    }
+
+    /// 1/r at the angles `phi`.
+    #[inline(always)]
+    fn inverse_radius(&self, phi: F) -> F {
+        self.polar(phi).u
+    }
+
+    /// Where the orbits reach infinity, and of which of them that is right: [`Dense::crossing`] finds the others.
+    #[inline(always)]
+    fn at_infinity(&self) -> (Polars<F>, F::Mask) {
+        (*self.end(), F::Mask::NONE)
+    }
+
+    /// That of ray number `i`, as one ray by itself has it.
+    fn lane(&self, i: usize) -> Self::One;
+}
+
+impl<F: Real> Stretch<F> for Steps<F> {
+    type One = Steps<f64>;
+
+    #[inline(always)]
+    fn start(&self) -> &Polars<F> {
+        &self.start
+    }
+
+    #[inline(always)]
+    fn end(&self) -> &Polars<F> {
+        &self.end
+    }
+
+    #[inline(always)]
+    fn polar(&self, phi: F) -> Polars<F> {
+        let t = phi - self.start.phi;
+        let (cos, sin) = self.cos_sin(t);
+        let (u, du) = value_and_slope(&self.c, t);
+        Polars { phi, u, du, cos, sin }
+    }
+
+    #[inline(always)]
+    fn place(&self, phi: F) -> (F, F, F) {
+        let (cos, sin) = self.cos_sin(phi - self.start.phi);
+        (self.inverse_radius(phi), cos, sin)
+    }
+
+    #[inline(always)]
+    fn inverse_radius(&self, phi: F) -> F {
+        value(&self.c, phi - self.start.phi)
+    }
+
+    #[inline(always)]
+    fn at_infinity(&self) -> (Polars<F>, F::Mask) {
+        self.angles_at_infinity()
+    }
+
+    fn lane(&self, i: usize) -> Steps<f64> {
+        Steps { c: self.c.map(|c| c.lane(i)), start: self.start.lane(i), end: self.end.lane(i) }
+    }
+}
+
+/// The angles `step`, or less where orbits end before (rad).
+#[inline(always)]
+pub fn room<F: Real>(hole: impl Into<Attraction>, at: &Polars<F>, step: F) -> F {
+    let c = F::splat;
+    let down = at.du.gt(c(0.0));
+    let room = F::select(down, c(hole.into().horizon) - at.u, -at.u) / at.du;
+    F::select(room.gt(c(0.0)), step.min(c(OVERSHOOT) * room), step)
+}
+
+/// Unit vectors at right angles to the unit vectors `e`.
+#[cold]
+fn any_across<F: Real>(e: Vector<F>) -> Vector<F> {
+    Vector::from_fn(|i| e.lane(i).any_orthonormal_vector())
+}

@@ -1,0 +1,210 @@
+//! Rays in a spacetime: which way of following them belongs to which class.
+
+use crate::general::Surroundings;
+use crate::general::course::{Depths, Ray as GeneralRay};
+use crate::graded_index::course::Setting as Index;
+use crate::graded_index::medium::Refracted;
+use crate::spherical::closed_form::ClosedForm;
+use crate::spherical::course::{RungeKutta, Setting as Orbits};
+use crate::spherical::exact::Exact;
+use crate::straight::Straight;
+use crate::tolerance::Tolerance;
+use crate::tracing::driver::{Followed, Start, follow};
+use crate::tracing::extent::{Extent, Precision};
+use arrayvec::ArrayVec;
+use bhs_core::integrator::{Integrator, Ray, RayEnd};
+use bhs_core::lanes::{LANES, Lanes};
+use bhs_core::real::{Real, Vector};
+use bhs_core::spacetime::{Class, Side, Spacetime, Spherical};
+use bhs_core::world::World;
+use glam::DVec3;
+
+/// How rays are followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// To a tolerance, by what suits the class of the spacetime best.
+    Adaptive(Tolerance),
+    /// By classic Runge-Kutta steps of this length, as seen from the nearest hole (rad).
+    RungeKutta(f64),
+    /// In closed form, to a tolerance of the chords.
+    Exact(Tolerance),
+    /// To a tolerance, by Hamilton's equations.
+    General(Tolerance),
+}
+
+/// Follows rays.
+#[derive(Clone, Copy, Debug)]
+pub struct Tracer {
+    /// How.
+    pub method: Method,
+    /// Steps after which a ray is given up.
+    pub max_steps: u64,
+}
+
+/// What is told once of a world through which many rays are followed.
+enum Setup<'w> {
+    Straight,
+    Spherical(Orbits, Extent),
+    Index(Index<'w>),
+    General(Box<Surroundings<'w>>, Depths, Extent),
+}
+
+impl Method {
+    fn setup<'w>(self, world: &World, spacetime: &'w dyn Spacetime) -> Setup<'w> {
+        let extent = Extent::of(world);
+        let general = || {
+            let throat = match spacetime.class() {
+                Class::Index(index) => index.throat(),
+                _ => None,
+            };
+            let surroundings = Surroundings::new(spacetime, throat, true, extent.reach);
+            Setup::General(Box::new(surroundings), Depths::new(world, spacetime), extent)
+        };
+        match (self, spacetime.class()) {
+            (_, Class::Flat) => Setup::Straight,
+            (Self::General(_), _) | (_, Class::General(_)) => general(),
+            (_, Class::Spherical(hole)) => Setup::Spherical(Orbits::new(&hole, extent.around(hole.center)), extent),
+            (_, Class::Index(index)) => Setup::Index(Index::new(world, spacetime, index)),
+        }
+    }
+}
+
+impl Tracer {
+    /// Follows each of `rays`.
+    pub fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        self.with_setup(world, |setup| match setup {
+            Setup::Straight => Straight.trace_all(world, rays, ends),
+            _ => {
+                for (rays, ends) in rays.chunks(LANES).zip(ends.chunks_mut(LANES)) {
+                    for (end, followed) in ends.iter_mut().zip(self.follow(setup, world, rays, None)) {
+                        *end = followed.ray_end();
+                    }
+                }
+            }
+        });
+    }
+
+    /// Follows `ray`, and gives the points of its way.
+    pub fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        self.with_setup(world, |setup| {
+            if matches!(setup, Setup::Straight) {
+                return Straight.polyline(world, ray);
+            }
+            let mut points = Vec::new();
+            let followed = self.follow(setup, world, std::slice::from_ref(ray), Some(&mut points));
+            (followed[0].ray_end(), points)
+        })
+    }
+
+    /// Does `work` with what is told of `world`.
+    fn with_setup<R>(&self, world: &World, work: impl FnOnce(&Setup<'_>) -> R) -> R {
+        match (&world.spacetime, world.hole.as_ref().filter(|h| h.rs > 0.0)) {
+            (Some(spacetime), _) => work(&self.method.setup(world, &**spacetime)),
+            (None, Some(hole)) => {
+                let plain = Spherical { center: hole.center, rs: hole.rs, charge_squared: 0.0 };
+                work(&self.method.setup(world, &plain))
+            }
+            (None, None) => work(&Setup::Straight),
+        }
+    }
+
+    /// Follows up to [`LANES`] rays side by side.
+    fn follow(&self, setup: &Setup<'_>, world: &World, rays: &[Ray], watch: Option<&mut Vec<DVec3>>) -> [Followed; LANES] {
+        match (setup, rays) {
+            (Setup::General(surroundings, depths, extent), _) => {
+                self.follow_general((surroundings, depths), extent, world, rays, watch)
+            }
+            (_, [_]) => self.follow_side_by_side::<f64>(setup, world, rays, watch),
+            _ => self.follow_side_by_side::<Lanes>(setup, world, rays, watch),
+        }
+    }
+
+    fn follow_side_by_side<F: Refracted>(
+        &self,
+        setup: &Setup<'_>,
+        world: &World,
+        rays: &[Ray],
+        watch: Option<&mut Vec<DVec3>>,
+    ) -> [Followed; LANES] {
+        let (extent, center) = match setup {
+            Setup::Spherical(setting, extent) => (extent, setting.center),
+            Setup::Index(setting) => (&setting.extent, setting.medium.center),
+            Setup::Straight | Setup::General(..) => return [Followed::NOT; LANES],
+        };
+        let (starts, error) = self.starts::<F>(extent, rays, center);
+        // Lanes without a ray repeat the last one.
+        let ray = |i: usize| &rays[i.min(rays.len() - 1)];
+        let (x, d) = (Vector::<F>::from_fn(|i| ray(i).origin), Vector::from_fn(|i| ray(i).direction));
+        let max_steps = self.max_steps;
+        match (setup, self.method) {
+            (Setup::Spherical(setting, _), Method::RungeKutta(step)) => {
+                follow(world, &starts, &mut setting.launch(x, d).by(RungeKutta(step)), max_steps, watch)
+            }
+            (Setup::Spherical(setting, _), Method::Exact(_)) => {
+                let launch = setting.launch(x, d);
+                let form = |i: usize| ClosedForm::new(setting.hole.rs, launch.at.u.lane(i), launch.at.du.lane(i));
+                let forms: ArrayVec<ClosedForm, LANES> = (0..rays.len()).map(form).collect();
+                follow(world, &starts, &mut launch.by(Exact(&forms)), max_steps, watch)
+            }
+            (Setup::Spherical(setting, _), _) => {
+                follow(world, &starts, &mut setting.launch(x, d).by_series(error), max_steps, watch)
+            }
+            (Setup::Index(setting), method) => {
+                let far = rays.iter().enumerate().map(|(i, ray)| u32::from(ray.side == Side::Far) << i).sum();
+                let course = setting.rays(x, d, far, error);
+                let mut course = if let Method::RungeKutta(step) = method { course.by_runge_kutta(step) } else { course };
+                follow(world, &starts, &mut course, max_steps, watch)
+            }
+            _ => [Followed::NOT; LANES],
+        }
+    }
+
+    /// One after the other.
+    fn follow_general(
+        &self,
+        told: (&Surroundings<'_>, &Depths),
+        extent: &Extent,
+        world: &World,
+        rays: &[Ray],
+        mut watch: Option<&mut Vec<DVec3>>,
+    ) -> [Followed; LANES] {
+        let mut all = [Followed::NOT; LANES];
+        for (ray, followed) in rays.iter().zip(&mut all) {
+            let (starts, error) = self.starts::<f64>(extent, std::slice::from_ref(ray), told.0.center());
+            let mut course = GeneralRay::new(told, ray.origin, ray.direction, ray.side, error);
+            *followed = follow::<f64, _>(world, &starts, &mut course, self.max_steps, watch.as_deref_mut())[0];
+        }
+        all
+    }
+
+    /// How `rays` start, and the errors that they are followed with, over their distance from what is at `center`.
+    fn starts<F: Real>(&self, extent: &Extent, rays: &[Ray], center: DVec3) -> (ArrayVec<Start, LANES>, F) {
+        let mut known: Option<(f64, Precision)> = None;
+        let mut errors = [0.0; LANES];
+        let start = |(i, ray): (usize, &Ray)| {
+            // Neighbours mostly have the same footprint.
+            let precision = match known {
+                Some((footprint, precision)) if footprint == ray.footprint => precision,
+                _ => self.precision(extent, ray.footprint, center),
+            };
+            known = Some((ray.footprint, precision));
+            errors[i] = precision.error;
+            let Ray { origin, direction: launch, side, leaving, .. } = *ray;
+            Start { origin, launch, side, leaving, target: None, gap: precision.gap, limit: f64::INFINITY }
+        };
+        let starts = rays.iter().enumerate().map(start).collect();
+        (starts, F::from_fn(|i| errors[i.min(rays.len() - 1)]))
+    }
+
+    fn precision(&self, extent: &Extent, footprint: f64, center: DVec3) -> Precision {
+        match self.method {
+            Method::Adaptive(tolerance) | Method::General(tolerance) => extent.precision(tolerance, footprint, center),
+            Method::Exact(tolerance) => Precision { error: 0.0, gap: extent.distance(tolerance, footprint) },
+            // One chord a step.
+            Method::RungeKutta(_) => Precision { error: RUNGE_KUTTA_ERROR, gap: f64::INFINITY },
+        }
+    }
+}
+
+/// What a course is told of the error that is asked for, if its steps do not depend on it.
+const RUNGE_KUTTA_ERROR: f64 = 1e-6;

@@ -1,0 +1,317 @@
+//! Rays among surfaces, one or eight side by side: pieces of their curves, chord by chord.
+//!
+//! A chord strays from its curve by no more than a given gap, and is put to the intersector, which knows straight segments only. What it meets
+//! decides what is seen; where the curve itself meets that surface is solved for (`hits`, `resolve`). Where no surface is near
+//! ([`bhs_core::clearance`]) one chord leaps over what needs no question, however far it strays (`leaps`).
+//!
+//! Curves, leaps and plain hits on facets are worked out for all rays at once; the questions to the intersector are put one by one, and what is out of
+//! the ordinary is resolved ray by ray. What becomes of a ray does not depend on those beside it.
+
+use crate::tracing::arc::Arc;
+use crate::tracing::departure::Departure;
+use crate::tracing::driver::{End, Followed, Start, side};
+use crate::tracing::hits::{Asked, Hits};
+use bhs_core::geometry::Aabb;
+use bhs_core::integrator::SurfaceHit;
+use bhs_core::lanes::{LANES, set_bits};
+use bhs_core::real::{Mask, Real, Vector};
+use bhs_core::spacetime::Side;
+use bhs_core::world::{Half, World};
+use glam::DVec3;
+
+/// How far a chord reaches beyond its ends, relative to the coordinates there: neighbouring chords overlap by more than single precision can tear
+/// them apart. Also how far beside its facet a hit may lie, for the same reason.
+pub(crate) const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
+
+/// Chords of one piece at most, however small the gap.
+const MOST_CHORDS: f64 = 1e7;
+
+/// Points at most that are noted of a stretch which is passed over.
+const MOST_DRAWN: u32 = 10_000;
+
+/// The surfaces of one side.
+#[derive(Clone, Copy)]
+pub(crate) struct Surfaces<'w> {
+    pub half: Half<'w>,
+    /// A box around them with room for rounding.
+    pub bounds: Aabb,
+}
+
+/// Points of curves.
+#[derive(Clone, Copy)]
+pub(crate) struct Places<F> {
+    /// Parameters.
+    pub s: F,
+    pub points: Vector<F>,
+}
+
+impl<F: Real> Places<F> {
+    /// Of the rays in `which` those of `self`, of the others those of `o`.
+    #[inline(always)]
+    pub(crate) fn or(&self, o: &Self, which: F::Mask) -> Self {
+        Self { s: F::select(which, self.s, o.s), points: self.points.or(o.points, which) }
+    }
+
+    /// The place of ray number `i`.
+    pub(crate) fn lane(&self, i: usize) -> Place {
+        Place { s: self.s.lane(i), point: self.points.lane(i) }
+    }
+}
+
+/// A point of a curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// Its parameter.
+    pub s: f64,
+    pub point: DVec3,
+}
+
+/// Rays that are followed side by side.
+pub(crate) struct Packet<'w, F: Real> {
+    pub world: &'w World,
+    /// The surfaces of both sides; `None` where there are none.
+    pub surfaces: [Option<Surfaces<'w>>; 2],
+    pub starts: &'w [Start],
+    /// Bits of the rays that are on the far side.
+    pub far: u32,
+    /// Largest distances between chords and curves (scene units).
+    pub gap: F,
+    /// Lengths of chords, where they are all the same.
+    stride: F,
+    /// The parameters at which the rays end.
+    pub limit: F,
+    /// Where the rays are.
+    pub parameter: F,
+    /// Where the next chords begin.
+    pub last: Vector<F>,
+    last_s: F,
+    /// Bits of the rays that have just come to another side, where the next chord begins with the piece.
+    fresh: u32,
+    /// Rays whose piece ends on the throat.
+    pub crossing: F::Mask,
+    /// The chords before, and of which rays there is one.
+    pub before: Vector<F>,
+    pub has_before: F::Mask,
+    /// How rays leave the surfaces on which they begin exactly.
+    pub departures: [Option<Departure>; LANES],
+    /// Bits of those that have made no chord yet, or one that was cut short.
+    pub departing: u32,
+    pub followed: [Followed; LANES],
+    watch: Option<&'w mut Vec<DVec3>>,
+}
+
+impl<'w, F: Real> Packet<'w, F> {
+    /// The rays `starts`; lanes without a ray repeat the last one.
+    #[inline(always)]
+    pub fn new(world: &'w World, starts: &'w [Start], mut watch: Option<&'w mut Vec<DVec3>>) -> Self {
+        let c = F::splat;
+        let start = |i: usize| &starts[i.min(starts.len() - 1)];
+        let number = |f: fn(&Start) -> f64| F::from_fn(|i| f(start(i)));
+        let surfaces = |side: Side| {
+            let half = world.half(side).filter(|half| !half.bounds.is_empty())?;
+            Some(Surfaces { half, bounds: half.bounds.grown(half.margin) })
+        };
+        let (mut departures, mut departing) = ([None; LANES], 0);
+        for (i, start) in starts.iter().enumerate().filter(|(_, start)| start.leaving.is_some()) {
+            departures[i] = Departure::of(world, start);
+            departing |= 1 << i;
+        }
+        let far = starts.iter().enumerate().map(|(i, start)| u32::from(start.side == Side::Far) << i).sum();
+        if let Some(watch) = &mut watch {
+            watch.push(starts[0].origin);
+        }
+        Self {
+            world,
+            surfaces: [surfaces(Side::Near), surfaces(Side::Far)],
+            starts,
+            far,
+            gap: number(|s| s.gap),
+            stride: c(0.0),
+            limit: number(|s| s.limit),
+            parameter: c(0.0),
+            last: Vector::from_fn(|i| start(i).origin),
+            last_s: c(0.0),
+            fresh: 0,
+            crossing: F::Mask::NONE,
+            before: Vector::all(DVec3::ZERO),
+            has_before: F::Mask::NONE,
+            departures,
+            departing,
+            followed: [Followed::NOT; LANES],
+            watch,
+        }
+    }
+
+    /// Puts the rays `crossing` onto the other side, where their next chord begins with the next piece.
+    #[cold]
+    pub fn cross(&mut self, crossing: F::Mask) {
+        let bits = crossing.bits();
+        self.far ^= bits;
+        self.fresh |= bits;
+        self.departing &= !bits;
+        for i in set_bits(bits) {
+            self.departures[i] = None;
+        }
+        self.has_before = self.has_before & !crossing;
+    }
+
+    /// The surfaces of the side that ray number `i` is on.
+    #[inline(always)]
+    pub fn surfaces_of(&self, i: usize) -> Option<&Surfaces<'w>> {
+        self.surfaces[side(self.far, i) as usize].as_ref()
+    }
+
+    /// Which rays are on a side that has surfaces.
+    #[inline(always)]
+    fn among_surfaces(&self) -> F::Mask {
+        match &self.surfaces {
+            [Some(_), Some(_)] => F::Mask::ALL,
+            [None, None] => F::Mask::NONE,
+            [Some(_), None] if self.far == 0 => F::Mask::ALL,
+            [Some(_), None] => !F::Mask::of_bits(self.far),
+            [None, Some(_)] => F::Mask::of_bits(self.far),
+        }
+    }
+
+    /// Goes along `piece`, which continues those before, to the parameters `end` of `rays`, or as far as the first surface that a ray meets. Which
+    /// rays have met one.
+    #[inline(always)]
+    pub fn meet<A: Arc<F>>(&mut self, piece: &A, end: F, rays: F::Mask) -> F::Mask {
+        self.last_s = F::select(rays, piece.start(), self.last_s);
+        if self.fresh != 0 {
+            let fresh = rays & F::Mask::of_bits(self.fresh);
+            self.last = piece.point(piece.start()).or(self.last, fresh);
+            self.fresh &= !fresh.bits();
+        }
+        let mut going = rays & self.among_surfaces();
+        if going.bits() != rays.bits() {
+            self.pass_over_nothing(piece, end, rays & !going);
+        }
+        if A::HAS_EQUAL_STRIDES {
+            self.stride = piece.stride(piece.start(), self.gap);
+        }
+        // Those whose chords have met something, and what it was.
+        let (mut touched, mut met) = (F::Mask::NONE, F::Mask::NONE);
+        let mut hits = Hits::<F>::new();
+        loop {
+            let chords = self.leaps(piece, end, &mut going);
+            if !chords.any() {
+                // Nobody goes on: time to find out about the hits. Where there was none after all, the ray does.
+                if !touched.any() {
+                    return met;
+                }
+                let arrived = self.resolve_hits(piece, &hits);
+                met = met | arrived;
+                going = touched & !arrived;
+                touched = F::Mask::NONE;
+                hits.clear();
+                continue;
+            }
+            let meets = self.chords(piece, end, chords, &mut hits);
+            touched = touched | meets;
+            going = going & !meets;
+        }
+    }
+
+    /// Lengths of the next chords of `piece`.
+    #[inline(always)]
+    pub fn strides<A: Arc<F>>(&self, piece: &A) -> F {
+        if A::HAS_EQUAL_STRIDES {
+            return self.stride;
+        }
+        let shortest = (piece.end() - piece.start()) * F::splat(1.0 / MOST_CHORDS);
+        piece.stride(self.last_s, self.gap).max(shortest)
+    }
+
+    /// Where the next chords begin.
+    #[inline(always)]
+    pub fn from(&self) -> Places<F> {
+        Places { s: self.last_s, points: self.last }
+    }
+
+    /// The places of `piece` at the parameters `s`.
+    #[inline(always)]
+    pub fn places<A: Arc<F>>(&self, piece: &A, s: F) -> Places<F> {
+        Places { s, points: piece.point(s) }
+    }
+
+    /// `rays` have come from where they were to `to`.
+    #[inline(always)]
+    pub fn go_to(&mut self, to: &Places<F>, rays: F::Mask) {
+        let Places { s, points } = to.or(&self.from(), rays);
+        self.before = (points - self.last).or(self.before, rays);
+        self.has_before = self.has_before | rays;
+        (self.last_s, self.last) = (s, points);
+    }
+
+    /// Goes on by a chord with each of `rays`. Which of them meet something: what, is noted in `hits`.
+    #[inline(always)]
+    fn chords<A: Arc<F>>(&mut self, piece: &A, end: F, rays: F::Mask, hits: &mut Hits<F>) -> F::Mask {
+        // Chords of equal length to the end of the piece.
+        let from = self.from();
+        let left = ((end - from.s) / self.strides(piece)).ceil();
+        let next = from.s + (end - from.s) / left;
+        let s = F::select(left.gt(F::splat(1.0)) & next.gt(from.s), next, end);
+        let mut to = self.places(piece, s);
+        let departing = self.departing & rays.bits();
+        if departing != 0 {
+            self.cut_short(piece, &from, &mut to, departing);
+        }
+        let way = to.points - from.points;
+        let length = way.length();
+        let (before, has_before) = (self.before, self.has_before);
+        let asked = Asked { from, to, way, length, before, has_before, end };
+        let meets = F::Mask::of_bits(self.ask(piece, &asked, rays, hits));
+        if departing != 0 {
+            self.have_departed(departing);
+        }
+        self.go_to(&to, rays);
+        self.draw(piece, &from, rays & !meets, false);
+        meets
+    }
+
+    /// Ray number `i` has arrived at `hit`, at the parameter `parameter`.
+    #[inline]
+    pub fn arrive(&mut self, i: usize, hit: SurfaceHit, parameter: f64) {
+        self.followed[i].end = End::Surface(hit);
+        self.followed[i].parameter = parameter;
+        if i == 0
+            && let Some(watch) = &mut self.watch
+        {
+            watch.push(hit.point);
+        }
+    }
+
+    /// Where there are no surfaces, nobody is asked.
+    #[cold]
+    fn pass_over_nothing<A: Arc<F>>(&mut self, piece: &A, end: F, rays: F::Mask) {
+        let from = self.from();
+        let to = self.places(piece, end);
+        self.go_to(&to, rays);
+        self.draw(piece, &from, rays, true);
+    }
+
+    /// Notes the points of the way from `from` to where the rays are now, if it is that of the first of `rays` and somebody wants them. What was
+    /// `passed_over` is divided as chords would divide it.
+    #[inline(always)]
+    pub fn draw<A: Arc<F>>(&mut self, piece: &A, from: &Places<F>, rays: F::Mask, passed_over: bool) {
+        if self.watch.is_some() && rays.bits() & 1 == 1 {
+            self.draw_way(&piece.lane(0), from.s.lane(0), passed_over);
+        }
+    }
+
+    #[cold]
+    fn draw_way<A: Arc<f64>>(&mut self, piece: &A, from: f64, passed_over: bool) {
+        let (to, last, gap) = (self.last_s.lane(0), self.last.lane(0), self.gap.lane(0));
+        let Some(watch) = &mut self.watch else { return };
+        let mut s = from;
+        for _ in 0..if passed_over { MOST_DRAWN } else { 0 } {
+            s += piece.stride(s, gap);
+            if s.is_nan() || s >= to {
+                break;
+            }
+            watch.push(piece.point(s).into());
+        }
+        watch.push(last);
+    }
+}

@@ -1,0 +1,75 @@
+//! Shadow rays: whether something stands in the way of light between two points.
+
+use crate::tracing::driver::{Course, End, Followed, Start, follow};
+use bhs_core::geometry::Segment;
+use bhs_core::integrator::{Cost, Ray, ShadowRay};
+use bhs_core::intersector::Ends;
+use bhs_core::real::Real;
+use bhs_core::world::World;
+
+/// How close to its end a shadow ray may meet a surface without being occluded by it, relative to the coordinates there: the surface at the end must
+/// not shadow itself.
+const SHADOW_END: f64 = 64.0 * f32::EPSILON as f64;
+
+/// How much farther than that a surface may be met that is the end.
+const AT_END: f64 = 4.0;
+
+/// Relative error of a shadow ray between its ends; it is to meet its end closer than [`SHADOW_END`].
+pub const ERROR: f64 = 1e-7;
+
+/// Steps after which a shadow ray is given up.
+const MOST_STEPS: u64 = 100_000;
+
+/// Distance from its end within which the last chord of `ray` ends (scene units).
+pub fn close(ray: &ShadowRay) -> f64 {
+    SHADOW_END * ray.to.x.abs().max_element().max(ray.from.abs().max_element())
+}
+
+/// The start of a shadow ray, which ends at the parameter `limit` and whose chords stray from it by at most `gap` (scene units).
+pub fn start(ray: &ShadowRay, limit: f64, gap: f64) -> Start {
+    let Ray { origin, side, leaving, .. } = ray.start;
+    let target = ray.target.map(|target| target.geometry);
+    Start { origin, launch: ray.connection.launch, side, leaving, target, gap, limit }
+}
+
+/// Whether something stands in the way of each of `rays`, which begin as `starts` say and follow `course`, written to the places of `occluded`; and what
+/// that took.
+pub fn occluded<F: Real, C: Course<F>>(
+    world: &World,
+    rays: &[ShadowRay],
+    starts: &[Start],
+    course: &mut C,
+    occluded: &mut [bool],
+) -> Cost {
+    let followed = follow(world, starts, course, MOST_STEPS, None);
+    let mut cost = Cost::default();
+    for ((ray, followed), occluded) in rays.iter().zip(&followed).zip(occluded) {
+        // Steps are counted of rays only.
+        cost += Cost { steps: 0, ..followed.cost };
+        *occluded = !arrives(world, ray, followed, &mut cost);
+    }
+    cost
+}
+
+/// Whether a shadow ray that was followed has come to where it was to.
+fn arrives(world: &World, ray: &ShadowRay, followed: &Followed, cost: &mut Cost) -> bool {
+    let to = ray.to;
+    let crowded = || ray.target.filter(|_| world.half(to.side).is_some_and(|half| half.is_crowded(to.x)));
+    match followed.end {
+        End::Surface(hit) => {
+            let is_there = (hit.point - to.x).length() <= AT_END * close(ray);
+            // Other surfaces may be as near to a crowded end as that.
+            is_there && world.side_of(hit.geometry) == to.side && crowded().is_none_or(|target| target.geometry == hit.geometry)
+        }
+        End::ReachedLimit(point, side) => {
+            let (Some(target), Some(half)) = (crowded(), world.half(side)) else { return true };
+            cost.queries += 1;
+            let segment = Segment { origin: point, direction: to.x - point, t_min: 0.0, t_max: 1.0 };
+            !half.blocked_between(&segment, Ends { leaving: None, target: Some(target) })
+        }
+        // Beyond all surfaces nothing stands in the way.
+        End::Sky(_, side) => side == to.side,
+        End::Fallen => true,
+        End::Lost => false,
+    }
+}
