@@ -3,17 +3,17 @@
 //! `cargo bench -p bhs-integrators --bench geodesics`
 
 use bhs_core::lanes::{LANES, Lanes};
-use bhs_core::real::{Mask, Vector};
+use bhs_core::real::{Mask, Real, Vector};
 use bhs_core::spacetime::{Ball, Class, Place, Side, Spacetime, Spherical, Throat};
 use bhs_integrators::general::{Fate as Final, Surroundings};
 use bhs_integrators::graded_index::medium::{Medium, Refracted};
 use bhs_integrators::graded_index::path::Paths;
 use bhs_integrators::spherical::Attraction;
-use bhs_integrators::spherical::arc::PlanarArc;
+use bhs_integrators::spherical::course::Setting;
 use bhs_integrators::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, State, Stepper};
-use bhs_integrators::spherical::packet_orbit::{Planes, Steps, errors};
 use bhs_integrators::spherical::taylor::TaylorOrbit;
 use bhs_integrators::tracing::arc::Arc;
+use bhs_integrators::tracing::driver::Course;
 use bhs_spacetimes::{Dneg, Ellis, Hole, Kerr, MajumdarPapapetrou};
 use glam::DVec3;
 use std::hint::black_box;
@@ -90,26 +90,28 @@ fn planar<S: Stepper>(mut orbit: S, hole: Attraction, arc: impl Fn(&S::Step) -> 
     }
 }
 
-fn planar_lanes(hole: Attraction, rays: &Rays, error: f64) -> Counts {
+fn planar_lanes(hole: &Spherical, rays: &Rays, error: f64) -> Counts {
     let mut steps = 0;
+    // No surface is near, so that rays are followed to the sky.
+    let setting = Setting::new(hole, REACH.radius);
     for group in rays.chunks_exact(LANES) {
         let (x, d) = (Vector::from_fn(|i| group[i].0), Vector::from_fn(|i| group[i].1));
-        let (planes, mut start, mut going) = Planes::of_rays(DVec3::ZERO, x, d);
-        let error = errors(hole, &start, Lanes::splat(error));
+        let mut course = setting.launch(x, d).by_series(Lanes::splat(error));
+        let mut going = <Lanes as Real>::Mask::ALL;
         for _ in 0..1000 {
             if !Mask::any(going) {
                 break;
             }
             steps += u64::from(Mask::bits(going).count_ones());
-            let taken = Steps::from(hole, &start, error);
-            let arc = PlanarArc::of_steps(hole, &planes, &taken);
-            black_box(arc.point(arc.start()));
-            let (out, down) = (taken.escaped(), taken.captured(hole));
-            if Mask::any(out & going) {
-                black_box(taken.angles_at_infinity());
+            let next = course.advance(going);
+            let piece = course.piece();
+            black_box(piece.point(piece.start()));
+            if Mask::any(next.escapes) {
+                course.directions(next.escapes, |_, direction, _| {
+                    black_box(direction);
+                });
             }
-            going &= !(out | down);
-            start = taken.end;
+            going &= !(next.escapes | next.falls);
         }
     }
     (steps, steps)
@@ -119,7 +121,7 @@ fn graded<F: Refracted>(medium: &Medium<'_>, rays: &Rays, tolerance: f64, share:
     let mut counts = (0, 0);
     for group in rays.chunks_exact(F::COUNT) {
         let (x, d) = (Vector::from_fn(|i| group[i].0), Vector::from_fn(|i| group[i].1));
-        let mut paths = Paths::<F>::new(medium, x, d, 0, tolerance, REACH);
+        let mut paths = Paths::<F>::new(medium, x, d, 0, F::splat(tolerance), REACH);
         if let Some(share) = share {
             paths = paths.by_runge_kutta(share);
         }
@@ -165,20 +167,12 @@ fn main() {
         };
         for error in [1e-7, 1e-12] {
             report(name, &format!("taylor, 1, {error:e}"), rays.len(), || {
-                all(&|plane, state| {
-                    planar(TaylorOrbit::new(hole, state, error), hole, |step| {
-                        PlanarArc::of_taylor(hole, plane, step).point(step.start().phi).x
-                    })
-                })
+                all(&|plane, state| planar(TaylorOrbit::new(hole, state, error), hole, |step| plane.point(&Dense::start(step)).x))
             });
-            report(name, &format!("taylor, 8, {error:e}"), rays.len(), || planar_lanes(hole, &rays, error));
+            report(name, &format!("taylor, 8, {error:e}"), rays.len(), || planar_lanes(&spherical, &rays, error));
         }
         report(name, "rk4, 1, 0.1 rad", rays.len(), || {
-            all(&|plane, state| {
-                planar(Rk4Orbit { hole, step: 0.1, state }, hole, |step| {
-                    PlanarArc::of_runge_kutta(plane, step).point(step.start().phi).x
-                })
-            })
+            all(&|plane, state| planar(Rk4Orbit { hole, step: 0.1, state }, hole, |step| plane.point(&step.start).x))
         });
         report(name, "general, 1, 1e-9", rays.len() / 4, || general(&spherical, None, &rays[..rays.len() / 4].to_vec(), 1e-9));
     }

@@ -55,5 +55,5 @@ pub const SHORT_NAMES: &[(&str, &str)] =
 #[cfg(test)]
 mod tests {
     bhs_core::every_file_is_listed!([super::ALL],
-        helpers: ["chords", "connect", "connect_lanes", "connect_sky", "connect_solve", "flight", "joined", "log", "packet", "packet_hits", "packet_leaps",             "refine", "resolve"]);
+helpers: ["connect", "connect_lanes", "connect_sky", "connect_solve", "tolerance", "tracer"]);
 }

@@ -109,7 +109,7 @@ fn eight_bundles_are_as_one_to_the_bit() {
     let mut random = Random(2);
     let rays: [_; LANES] = std::array::from_fn(|_| random.ray(6.0, &spacetime));
     let (x, d) = (Vector::of(rays.map(|r| r.0)), Vector::of(rays.map(|r| r.1)));
-    let paths = Paths::<Lanes>::new(&medium, x, d, 0, 1e-8, REACH);
+    let paths = Paths::<Lanes>::new(&medium, x, d, 0, Lanes::splat(1e-8), REACH);
     let all = Bundle::new(&medium, &paths.state).after(&medium, Lanes::splat(0.2)).spread().to_array();
     for (i, (x, d)) in rays.into_iter().enumerate() {
         let path = Paths::<f64>::new(&medium, x.into(), d.into(), 0, 1e-8, REACH);

@@ -186,7 +186,8 @@ fn eight_rays_are_as_one_to_the_bit() {
         for _ in 0..30 {
             let rays: [_; LANES] = std::array::from_fn(|_| random.ray(6.0, spacetime));
             let (x, d) = (Vector::of(rays.map(|r| r.0)), Vector::of(rays.map(|r| r.1)));
-            let (together, far, steps) = ends(&mut Paths::<Lanes>::new(&medium, x, d, 0b1010_0000, 1e-8, REACH), |_, _| {});
+            let (together, far, steps) =
+                ends(&mut Paths::<Lanes>::new(&medium, x, d, 0b1010_0000, Lanes::splat(1e-8), REACH), |_, _| {});
             for (i, (x, d)) in rays.into_iter().enumerate() {
                 let side = u32::from(i == 5 || i == 7);
                 let mut alone = Paths::<f64>::new(&medium, x.into(), d.into(), side, 1e-8, REACH);
@@ -214,7 +215,7 @@ fn random_rays_come_to_an_end() {
         for _ in 0..count / LANES {
             let rays: [_; LANES] = std::array::from_fn(|_| random.ray(8.0, spacetime));
             let (x, d) = (Vector::of(rays.map(|r| r.0)), Vector::of(rays.map(|r| r.1)));
-            let (ends, _, steps) = ends(&mut Paths::<Lanes>::new(&medium, x, d, 0, 1e-7, REACH), |_, _| {});
+            let (ends, _, steps) = ends(&mut Paths::<Lanes>::new(&medium, x, d, 0, Lanes::splat(1e-7), REACH), |_, _| {});
             for end in ends {
                 match end {
                     End::Sky(d) => assert!((d.length() - 1.0).abs() < 1e-12, "{name}: {d}"),

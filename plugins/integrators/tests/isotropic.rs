@@ -7,7 +7,7 @@
 mod common;
 
 use bhs_core::integrator::{Arrival, Integrator, Ray};
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Exact, Rk4};
 use common::{Dice, ball, world};
 use glam::DVec3;

@@ -5,7 +5,7 @@ mod common;
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::world::World;
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 use bhs_integrators::{Exact, Rk4};
 use common::{Dice, ball, mesh, room, world};
 use glam::DVec3;

@@ -3,7 +3,7 @@
 mod common;
 
 use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Exact, Rk4};
 use common::{Dice, ball, room, world};
 use glam::DVec3;

@@ -18,7 +18,7 @@ mod thin;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::spacetime::{Class, Spacetime};
 use bhs_core::world::World;
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Exact, General, Rk4, Straight};
 use common::{Dice, on_all_processors};
 use glam::DVec3;

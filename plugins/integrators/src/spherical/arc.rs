@@ -170,15 +170,23 @@ impl<F: Real, S: Stretch<F>> Arc<F> for PlanarArc<F, S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spherical::orbit::{Fate, Rk4Orbit, Stepper};
-    use crate::spherical::steps::errors;
-    use crate::spherical::taylor::TaylorOrbit;
+    use crate::spherical::closed_form::ClosedForm;
+    use crate::spherical::course::{Method, RungeKutta, Setting};
+    use crate::spherical::exact::Exact;
+    use crate::spherical::steps::Planes;
     use crate::tracing::arc::tests::check;
-    use bhs_core::lanes::LANES;
+    use crate::tracing::driver::Course;
+    use bhs_core::lanes::{LANES, Lanes};
+    use bhs_core::real::Mask;
     use bhs_core::spacetime::Spherical;
 
-    fn holes() -> [Attraction; 3] {
-        [0.0, 0.12, 0.25].map(|charge_squared| (&Spherical { center: DVec3::ZERO, rs: 1.0, charge_squared }).into())
+    const CENTER: DVec3 = DVec3::new(0.1, -0.2, 0.3);
+
+    /// Surfaces reach as far as this, and curves no farther than 8 times that.
+    const AROUND: f64 = 20.0;
+
+    fn holes() -> [Spherical; 3] {
+        [0.0, 0.12, 0.25].map(|charge_squared| Spherical { center: CENTER, rs: 1.0, charge_squared })
     }
 
     fn ray(i: usize) -> (DVec3, DVec3) {
@@ -186,61 +194,89 @@ mod tests {
         (DVec3::new(3.0 + i as f64, -1.0, 2.0), DVec3::new(-angle.cos(), angle.sin(), 0.3).normalize())
     }
 
-    const CENTER: DVec3 = DVec3::new(0.1, -0.2, 0.3);
+    /// Holds the curves of an orbit to what curves promise, until one of its rays has ended.
+    fn arcs<F: Real>(mut course: impl Course<F>, chords: usize) {
+        for _ in 0..20 {
+            let next = course.advance(F::Mask::ALL);
+            let piece = course.piece();
+            if !(piece.end() - piece.start()).gt(F::splat(1e-3)).all() {
+                break;
+            }
+            // A chord of the largest angle bends by more than its middle tells.
+            check(piece, chords, 1e-4, 0.05);
+            if (next.escapes | next.falls).any() {
+                break;
+            }
+        }
+    }
 
     #[test]
     fn orbits_are_arcs() {
         for hole in holes() {
+            let setting = Setting::new(&hole, AROUND);
             for i in 0..LANES {
                 let (x, d) = ray(i);
-                let (plane, state) = OrbitPlane::of_ray(CENTER, x, d);
-                let mut orbit = TaylorOrbit::new(hole, state, 1e-9);
-                let mut coarse = Rk4Orbit { hole, step: 0.1, state };
-                for _ in 0..20 {
-                    let (step, fate) = orbit.advance();
-                    // A chord of the largest angle bends by more than its middle tells: two or more.
-                    check(&PlanarArc::of_taylor(hole, &plane, &step).before(0.02), 3, 1e-4, 0.05);
-                    if fate != Fate::Underway {
-                        break;
-                    }
-                }
-                for _ in 0..20 {
-                    let (step, fate) = coarse.advance();
-                    check(&PlanarArc::of_runge_kutta(&plane, &step).before(0.02), 2, 1e-4, 0.05);
-                    if fate != Fate::Underway {
-                        break;
-                    }
+                let launch = setting.launch::<f64>(x.into(), d.into());
+                arcs(launch.by_series(1e-9), 3);
+                arcs(launch.by(RungeKutta(0.1)), 2);
+                if hole.charge_squared == 0.0 {
+                    let form = ClosedForm::new(1.0, launch.at.u, launch.at.du);
+                    arcs(launch.by(Exact(&[form])), 3);
                 }
             }
-            let (planes, start, right) = Planes::of_rays(CENTER, Vector::from_fn(|i| ray(i).0), Vector::from_fn(|i| ray(i).1));
-            assert!(Mask::all(right));
-            let steps = Steps::from(hole, &start, errors(hole, &start, Lanes::splat(1e-9)));
-            check(&PlanarArc::of_steps(hole, &planes, &steps).before(0.02), 3, 1e-4, 0.05);
+            let (x, d) = (Vector::<Lanes>::from_fn(|i| ray(i).0), Vector::from_fn(|i| ray(i).1));
+            arcs(setting.launch(x, d).by_series(Lanes::splat(1e-9)), 3);
+            arcs(setting.launch(x, d).by(RungeKutta(0.1)), 2);
         }
     }
 
     #[test]
     fn places_beside_chords_are_found() {
-        let hole = holes()[1];
+        let setting = Setting::new(&holes()[1], AROUND);
         let (x, d) = ray(2);
-        let (plane, state) = OrbitPlane::of_ray(CENTER, x, d);
-        let arc = PlanarArc::of_taylor(hole, &plane, &TaylorOrbit::new(hole, state, 1e-9).advance().0).before(0.02);
+        let mut course = setting.launch::<f64>(x.into(), d.into()).by_series(1e-9);
+        course.advance(true);
+        let arc = course.piece();
         let (a, b) = (arc.start(), arc.end());
+        let ends = [a, b].map(|s| arc.point(s));
         for share in [0.0, 0.2, 0.7, 1.0] {
-            let [p, q] = [a, b].map(|s| DVec3::from(arc.point(s)) - CENTER);
+            let [p, q] = ends.map(|p| DVec3::from(p) - CENTER);
             let on_chord = p + (q - p) * share;
-            let on_curve = DVec3::from(arc.point(arc.beside(a, b, share))) - CENTER;
+            let on_curve = DVec3::from(arc.point(arc.beside([a, b], ends, share))) - CENTER;
             assert!(on_chord.normalize().distance(on_curve.normalize()) < 1e-5, "{share}");
         }
     }
 
     #[test]
     fn curves_end_before_infinity() {
+        let setting = Setting::new(&holes()[0], AROUND);
+        for angle in [0.3_f64, 1.0, 1.5, 1e-9, 0.0] {
+            let d = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            let mut course = setting.launch::<f64>((CENTER + DVec3::X * 5.0).into(), d.into()).by_series(1e-9);
+            let mut next = course.advance(true);
+            while !next.escapes && course.piece().end() >= next.until {
+                next = course.advance(true);
+            }
+            let piece = course.piece();
+            let r = (DVec3::from(piece.point(piece.end())) - CENTER).length();
+            assert!(r >= AROUND && r.is_finite() && piece.end() < next.until, "{angle}: {r} {} {next:?}", piece.end());
+        }
+    }
+
+    #[test]
+    fn gaps_of_angles_are_those_of_curves() {
         let hole = holes()[0];
-        let (plane, state) = OrbitPlane::of_ray(CENTER, CENTER + DVec3::X * 5.0, DVec3::new(0.96, 0.28, 0.0));
-        let (step, fate) = TaylorOrbit::new(hole, state, 1e-9).advance();
-        assert_eq!(fate, Fate::Escaped);
-        let arc = PlanarArc::of_taylor(hole, &plane, &step).before(0.01);
-        assert!((arc.inverse_radius(arc.end()).0 - 0.01).abs() < 1e-12 && arc.end() < step.parts().2.phi);
+        let planes = Planes::of_rays(CENTER, Vector::<f64>::from(CENTER + DVec3::X), DVec3::Y.into()).0;
+        let at = Setting::new(&hole, AROUND).launch::<f64>((CENTER + DVec3::X * 4.0).into(), DVec3::Y.into()).at;
+        let stretch = Method::<f64>::steps(&RungeKutta(0.5), (&hole).into(), &at);
+        let arc = PlanarArc { hole: (&hole).into(), planes, stretch, end: 0.5 };
+        for angle in [1e-4, 0.1, 0.7, LONGEST_CHORD] {
+            assert_eq!(gap_of_angle(1.0, angle), arc.gap(0.0, angle));
+            let half = 0.5 * angle;
+            let right = 1.5 * (1.0 / half.cos() - 1.0);
+            assert!(arc.gap(0.0, angle) >= right * (1.0 - 1e-6) && arc.gap(0.0, angle) <= right * 1.01, "{angle}");
+            let stride = arc.stride(0.0, right);
+            assert!(stride <= angle * (1.0 + 1e-6) && stride > 0.9 * angle, "{angle}: {stride}");
+        }
     }
 }

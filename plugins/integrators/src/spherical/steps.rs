@@ -9,7 +9,7 @@ use bhs_core::real::{Mask, Real, Vector};
 use glam::DVec3;
 
 /// States of orbits, with cosines and sines of their angles.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polars<F> {
     /// Angles swept (rad).
     pub phi: F,
@@ -227,8 +227,8 @@ impl<F: Real> Steps<F> {
         for _ in 0..MOST_CORRECTIONS {
             let (u, du) = value_and_slope(&self.c, t);
             let change = u / du;
-            t -= change;
-            right = change.abs().le(c(1e-8) * width) & t.ge(c(0.0)) & t.le(width);
+            t = F::select(right, t, t - change);
+            right = right | (change.abs().le(c(1e-8) * width) & t.ge(c(0.0)) & t.le(width));
             if (right | !self.escaped()).all() {
                 break;
             }

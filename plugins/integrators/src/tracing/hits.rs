@@ -229,18 +229,21 @@ impl<F: Real> Packet<'_, F> {
         let swept = to.s - from.s;
         let mut s = piece.beside([from.s, to.s], [from.points, to.points], t);
         let (beyond, small) = (F::select(bracketed, c(0.0), c(0.5) * swept), c(SMALL) * swept);
-        for attempt in 0..CORRECTIONS_OF_PLAIN_HITS {
+        // A ray that has converged stays where it is, whatever those beside it need.
+        let mut open = plain;
+        for _ in 0..CORRECTIONS_OF_PLAIN_HITS {
             let [value, slope, curvature] = piece.height(&plane, s);
             let change = -(value * slope) / (slope * slope - c(0.5) * value * curvature);
             let better = s + change;
-            plain = plain & better.gt(from.s - beyond) & better.lt(to.s + beyond);
-            let last = change.abs().le(small);
-            s = better;
-            if attempt + 1 == CORRECTIONS_OF_PLAIN_HITS || !(plain & !last).any() {
-                plain = plain & last;
+            let inside = better.gt(from.s - beyond) & better.lt(to.s + beyond);
+            plain = plain & (inside | !open);
+            s = F::select(open, better, s);
+            open = open & inside & change.abs().gt(small);
+            if !open.any() {
                 break;
             }
         }
+        plain = plain & !open;
 
         // The point of the facet, its weights, and how far beside the curve it is.
         let (met, tangent) = piece.point_and_tangent(s);

@@ -10,7 +10,7 @@ use bhs_core::observer::Conventions;
 use bhs_core::spacetime::{Class, Side, Spacetime, Spherical};
 use bhs_core::world::World;
 use bhs_integrators::General;
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 use bhs_intersectors::reference::Reference;
 use bhs_spacetimes::{Dneg, Ellis, Hole, MajumdarPapapetrou};
 use glam::DVec3;
