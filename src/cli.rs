@@ -191,7 +191,8 @@ impl RenderArgs {
 pub struct TraceArgs {
     /// The scene; `-` reads standard input
     pub scene: PathBuf,
-    /// Rays, one a line: ox,oy,oz,dx,dy,dz in world coordinates; `-` reads standard input
+    /// Rays, one a line: ox,oy,oz,dx,dy,dz in world coordinates; `-` reads standard input. A first line that names the columns may add
+    /// `side` (near, far) and `footprint` (scene units; 0: unknown)
     #[arg(long, value_name = "FILE.csv|-", required_unless_present = "connect")]
     pub rays: Option<PathBuf>,
     /// Pairs of points, one a line: x1,y1,z1,x2,y2,z2 in world coordinates; prints the light rays that join them

@@ -185,7 +185,11 @@ impl Writer<'_> {
 
     /// Where a ray led.
     fn end(&self, ray: &Ray, end: &RayEnd) -> Value {
-        let mut vertex = json!({ "from": self.to_world(ray.origin), "departure": vector(ray.direction) });
+        let mut vertex = json!({
+            "from": self.to_world(ray.origin),
+            "departure": vector(ray.direction),
+            "footprint": number(ray.footprint),
+        });
         if end.swept != 0.0 {
             vertex["swept_angle"] = number(end.swept);
         }

@@ -18,21 +18,22 @@ const BATCH_OF_PATHS: usize = 64;
 /// The longest line that is read (bytes).
 const LONGEST_LINE: u64 = 1 << 16;
 
-/// Reads rays `ox,oy,oz,dx,dy,dz` (and `side`, if a first line names the columns so; world coordinates, chart directions of any length) from `rays`, one a line, follows each
-/// through `scene` and writes what becomes of it, in input order. Empty lines and lines that begin with `#` are passed over.
+/// Reads rays `ox,oy,oz,dx,dy,dz` (world coordinates, chart directions of any length) from `rays`, one a line, follows each through `scene` and
+/// writes what becomes of it, in input order. Where a first line names the columns, `side` and `footprint` (scene units) may follow these six.
+/// Empty lines and lines that begin with `#` are passed over. What is said of a camera ray is what its picture sees, if origin, direction and
+/// footprint are those of the ray to the bit.
 ///
 /// # Errors
 /// If a line cannot be read as a ray (the ones before it are answered), or `out` cannot be written.
 pub fn trace(scene: &Scene, rays: impl BufRead, with_path: bool, out: &mut impl Write) -> Result<()> {
     let batch = if with_path { BATCH_OF_PATHS } else { BATCH };
-    let mut has_side = false;
-    let parse = |line: &str| match line.trim() {
-        RAY_HEADER => Ok(None),
-        line if line == format!("{RAY_HEADER},side") => {
-            has_side = true;
+    let mut columns = Vec::new();
+    let parse = |line: &str| match line.trim().strip_prefix(RAY_HEADER) {
+        Some(more) => {
+            columns = parse_columns(more)?;
             Ok(None)
         }
-        line => parse_ray(line, has_side),
+        None => parse_ray(line, &columns),
     };
     answer_lines(rays, batch, parse, |ray| answer(scene, ray, with_path), out)
 }
@@ -96,27 +97,59 @@ fn answer_lines<T: Sync + Send>(
     }
 }
 
-/// The columns of a line that is a ray; a line that says so may come first, with one more column `side`.
+/// The columns of a line that is a ray; a line that says so may come first, and name more.
 const RAY_HEADER: &str = "ox,oy,oz,dx,dy,dz";
 
-fn parse_ray(line: &str, has_side: bool) -> Result<Option<Ray>> {
-    let (line, side) = match line.rsplit_once(',') {
-        Some((line, word)) if has_side && !line.starts_with('#') => {
-            let side = match word.trim() {
-                "near" | "" => Side::Near,
-                "far" => Side::Far,
-                other => bail!("`{other}` is no side: near or far"),
-            };
-            (line, side)
+/// A further column.
+#[derive(Clone, Copy, PartialEq)]
+enum Column {
+    Side,
+    Footprint,
+}
+
+/// The columns that follow the six, each with a comma before it.
+fn parse_columns(more: &str) -> Result<Vec<Column>> {
+    let mut columns = Vec::new();
+    for name in more.split(',').skip(1) {
+        let column = match name.trim() {
+            "side" => Column::Side,
+            "footprint" => Column::Footprint,
+            other => bail!("`{other}` is no column: side or footprint"),
+        };
+        if columns.contains(&column) {
+            bail!("two columns are called `{}`", name.trim());
         }
-        _ => (line, Side::Near),
-    };
+        columns.push(column);
+    }
+    Ok(columns)
+}
+
+fn parse_ray(line: &str, columns: &[Column]) -> Result<Option<Ray>> {
+    let (mut line, mut side, mut footprint) = (line.trim(), Side::Near, 0.0);
+    for column in columns.iter().rev().filter(|_| !line.is_empty() && !line.starts_with('#')) {
+        let Some((before, word)) = line.rsplit_once(',') else { break };
+        match (column, word.trim()) {
+            (Column::Side, "near" | "") => side = Side::Near,
+            (Column::Side, "far") => side = Side::Far,
+            (Column::Side, other) => bail!("`{other}` is no side: near or far"),
+            (Column::Footprint, "") => footprint = 0.0,
+            (Column::Footprint, word) => match word.parse::<f64>() {
+                Ok(width) if width >= 0.0 && width.is_finite() => footprint = width,
+                _ => bail!("`{word}` is no footprint: a length, or 0 if it is unknown"),
+            },
+        }
+        line = before;
+    }
     let Some([origin, direction]) = parse_vectors(line, RAY_HEADER)? else { return Ok(None) };
-    match direction.try_normalize() {
-        Some(direction) => Ok(Some(Ray { side, ..Ray::new(origin, direction) })),
+    let unit = if (direction.length_squared() - 1.0).abs() < UNIT { Some(direction) } else { direction.try_normalize() };
+    match unit {
+        Some(direction) => Ok(Some(Ray { side, footprint, ..Ray::new(origin, direction) })),
         None => bail!("the direction is zero"),
     }
 }
+
+/// A direction whose square is this close to 1 is of length 1 but for rounding, and is taken as it is.
+const UNIT: f64 = 4.0 * f64::EPSILON;
 
 fn parse_pair(line: &str) -> Result<Option<[DVec3; 2]>> {
     match parse_vectors(line, "x1,y1,z1,x2,y2,z2")? {
