@@ -4,13 +4,14 @@
 //! Where nothing bends light (no hole, or an
 //! integrator of straight rays) the lengths and angles of the orbit are 0, and `g` is 1.
 
+mod albedo;
+
+use albedo::AlbedoColor;
 use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Film;
 use bhs_core::integrator::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::layer::Layer;
-use bhs_core::material::Shading;
-use bhs_core::scene::{Scene, Vertex};
-use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
+use bhs_core::scene::Scene;
 use bhs_core::transport::PathSample;
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -22,7 +23,7 @@ pub type Value = [f64; 3];
 pub struct LayerCollector<'a> {
     scene: &'a Scene,
     layers: &'a [Layer],
-    albedo: AlbedoColor<'a>,
+    albedo: AlbedoColor,
 }
 
 impl<'a> LayerCollector<'a> {
@@ -30,7 +31,7 @@ impl<'a> LayerCollector<'a> {
     pub fn new(scene: &'a Scene, film: &'a dyn Film) -> Option<Self> {
         let layers = film.layers();
         let of_rays = layers.iter().any(|l| *l != Layer::Variance);
-        of_rays.then(|| Self { scene, layers, albedo: AlbedoColor::new(film) })
+        of_rays.then(|| Self { scene, layers, albedo: AlbedoColor::new(scene, film) })
     }
 
     /// The values of all layers, in the film's order, for the camera ray of a path that has been followed; `None` for what this ray has no
@@ -65,7 +66,10 @@ impl VisibleSurface<'_> {
                 Arrival::Hole => Some([0.0, 0.0, 1.0]),
                 Arrival::OutOfSteps => None,
             },
-            Layer::Albedo => self.vertex(&albedo.wavelengths[0]).map(|v| albedo.of(&v, v.ratio / self.camera_ratio)),
+            Layer::Albedo => {
+                let vertex = self.scene.vertex(*self.hit()?, albedo.any_wavelengths())?;
+                Some(albedo.of(&vertex, vertex.ratio / self.camera_ratio))
+            }
             Layer::Position => self.hit().map(|h| (h.point + self.scene.world.origin).to_array()),
             Layer::Normal => self.hit().map(|h| self.scene.world.surface(h).normal.to_array()),
             // No straight line of a chart leads to the other side.
@@ -89,10 +93,6 @@ impl VisibleSurface<'_> {
             Arrival::Surface(hit) => Some(hit),
             _ => None,
         }
-    }
-
-    fn vertex(&self, lambda: &SampledWavelengths) -> Option<Vertex<'_>> {
-        self.scene.vertex(*self.hit()?, lambda)
     }
 
     /// The hole, where it bends light.
@@ -160,43 +160,4 @@ impl VisibleSurface<'_> {
 
 fn scalar(x: f64) -> Value {
     [x, 0.0, 0.0]
-}
-
-/// Sets of wavelengths that stand for the film's range.
-const WAVELENGTH_SETS: usize = 8;
-
-/// Turns reflectances into the film's colours, the same way for every ray: no noise of wavelengths in it.
-struct AlbedoColor<'f> {
-    film: &'f dyn Film,
-    wavelengths: [SampledWavelengths; WAVELENGTH_SETS],
-    /// What reflectance 1 adds up to.
-    white: Value,
-}
-
-impl<'f> AlbedoColor<'f> {
-    fn new(film: &'f dyn Film) -> Self {
-        let [lo, hi] = film.lambda_range();
-        let set = |i| SampledWavelengths::visible((i as f32 + 0.5) / (WAVELENGTH_SETS * N_LAMBDA) as f32, lo, hi);
-        let mut color = Self { film, wavelengths: std::array::from_fn(set), white: [1.0; 3] };
-        color.white = color.sum(|_| SampledSpectrum::ONE);
-        color
-    }
-
-    /// The colour under D65 of what reflects as `reflectance` says at the camera's wavelengths (nm).
-    fn sum(&self, reflectance: impl Fn(&SampledWavelengths) -> SampledSpectrum) -> Value {
-        let mut sums = [0.0; 3];
-        for lambda in &self.wavelengths {
-            self.film.add(reflectance(lambda) * bhs_spectra::d65().sample(lambda.lambda_nm), lambda, &mut sums);
-        }
-        sums
-    }
-
-    /// The albedo of a surface as its light arrives: reflectance at the wavelengths there, `shift` times those that are seen.
-    fn of(&self, vertex: &Vertex, shift: f64) -> Value {
-        let sum = self.sum(|lambda| {
-            let at = Shading { lambda_nm: lambda.at(shift as f32), ..vertex.shading };
-            vertex.material.reflectance(&at, vertex.wo)
-        });
-        std::array::from_fn(|c| sum[c] / self.white[c])
-    }
 }

@@ -63,6 +63,12 @@ pub trait Material: Send + Sync {
         sum / N as f32
     }
 
+    /// Whether it looks the same at every point and all around the normal: then [`Material::reflectance`] depends on the wavelengths and on `wo.z`
+    /// alone, but for what an estimate varies by, and steadily on the latter on each side.
+    fn is_uniform(&self) -> bool {
+        false
+    }
+
     /// The two materials that it is made of and their shares at a point, if it is nothing but a mix of two.
     fn parts(&self, _at: &Shading) -> Option<[(&dyn Material, f32); 2]> {
         None

@@ -95,6 +95,11 @@ pub enum SpectrumParameter {
 }
 
 impl SpectrumParameter {
+    /// Whether it is the same all over a surface.
+    pub fn is_uniform(&self) -> bool {
+        matches!(self, Self::Spectrum(_))
+    }
+
     /// The values at a point, at its wavelengths.
     #[inline]
     pub fn sample(&self, at: &Shading) -> SampledSpectrum {

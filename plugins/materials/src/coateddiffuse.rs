@@ -182,6 +182,10 @@ impl Material for CoatedDiffuse {
         self.ground(at, wo).map(|ground| coat + ground * self.coat.mean_through)
     }
 
+    fn is_uniform(&self) -> bool {
+        self.reflectance.is_uniform()
+    }
+
     fn is_specular(&self) -> bool {
         false
     }

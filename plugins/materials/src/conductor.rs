@@ -142,6 +142,14 @@ impl Material for Conductor {
         Some(BsdfSample { wi: wi * side, weight, pdf: facets.mirrored_density(up, m), specular: false, drops_wavelengths: false })
     }
 
+    fn is_uniform(&self) -> bool {
+        let is_uniform = match &self.optics {
+            Optics::Index { eta, k } => eta.is_uniform() && k.is_uniform(),
+            Optics::Reflectance(reflectance) => reflectance.is_uniform(),
+        };
+        is_uniform && self.facets.is_uniform()
+    }
+
     fn is_specular(&self) -> bool {
         self.facets.is_smooth()
     }

@@ -62,6 +62,14 @@ impl Material for Diffuse {
         })
     }
 
+    fn reflectance(&self, at: &Shading, _: Vec3) -> SampledSpectrum {
+        self.reflectance.sample(at)
+    }
+
+    fn is_uniform(&self) -> bool {
+        self.reflectance.is_uniform()
+    }
+
     fn is_specular(&self) -> bool {
         false
     }

@@ -46,6 +46,14 @@ impl Material for Mirror {
         Some(BsdfSample { wi, weight: self.reflectance.sample(at), pdf: 1.0, specular: true, drops_wavelengths: false })
     }
 
+    fn reflectance(&self, at: &Shading, _: Vec3) -> SampledSpectrum {
+        self.reflectance.sample(at)
+    }
+
+    fn is_uniform(&self) -> bool {
+        self.reflectance.is_uniform()
+    }
+
     fn is_specular(&self) -> bool {
         true
     }

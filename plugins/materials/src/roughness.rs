@@ -64,6 +64,11 @@ impl Facets {
         }
     }
 
+    /// Whether it is the same everywhere.
+    pub fn is_uniform(&self) -> bool {
+        !matches!(self, Self::Textured { .. })
+    }
+
     /// Whether it is smooth everywhere.
     pub fn is_smooth(&self) -> bool {
         matches!(self, Self::Smooth)
