@@ -13,8 +13,8 @@ use bhs_core::material::Material;
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
 use bhs_core::spectrum::{SampledWavelengths, SpectrumRole};
 use bhs_core::value::{Param, ParamType, Values};
+use bhs_integrators::Tolerance;
 use bhs_integrators::closed_form::ClosedForm;
-use bhs_integrators::flight::Tolerance;
 use bhs_integrators::orbit::{OrbitPlane, Rk4Orbit, Stepper};
 use bhs_integrators::taylor::TaylorOrbit;
 use bhs_integrators::{Adaptive, Exact, Rk4, Straight};
@@ -80,7 +80,7 @@ fn chords(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(rays.len() as u64));
     for (name, integrator) in &integrators {
         group.bench_function(*name, |b| {
-            b.iter(|| rays.iter().filter(|ray| integrator.trace(world, ray).arrival == Arrival::Hole).count())
+            b.iter(|| rays.iter().filter(|ray| integrator.trace(world, ray).arrival == Arrival::Captured).count())
         });
     }
     group.finish();

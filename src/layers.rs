@@ -63,7 +63,7 @@ impl VisibleSurface<'_> {
             Layer::Outcome => match self.end.arrival {
                 Arrival::Surface(_) => Some([1.0, 0.0, 0.0]),
                 Arrival::Sky(..) => Some([0.0, 1.0, 0.0]),
-                Arrival::Hole => Some([0.0, 0.0, 1.0]),
+                Arrival::Captured => Some([0.0, 0.0, 1.0]),
                 Arrival::OutOfSteps => None,
             },
             Layer::Albedo => {
@@ -80,7 +80,7 @@ impl VisibleSurface<'_> {
             Layer::Side => match self.end.arrival {
                 Arrival::Surface(hit) => Some(scalar(f64::from(self.scene.world.side_of(hit.geometry) as u8))),
                 Arrival::Sky(_, side) => Some(scalar(f64::from(side as u8))),
-                Arrival::Hole | Arrival::OutOfSteps => None,
+                Arrival::Captured | Arrival::OutOfSteps => None,
             },
             // What samples find is no matter of the ray.
             Layer::Variance => None,
@@ -136,7 +136,7 @@ impl VisibleSurface<'_> {
         let (end, leaves) = match self.end.arrival {
             Arrival::Surface(h) => ((h.point - hole.center).length(), outward(h.point, h.direction)),
             Arrival::Sky(..) => (f64::INFINITY, true),
-            Arrival::Hole => return Some(hole.rs),
+            Arrival::Captured => return Some(hole.rs),
             Arrival::OutOfSteps => return None,
         };
         if leaves && !outward(self.ray.origin, self.ray.direction) {
@@ -152,7 +152,7 @@ impl VisibleSurface<'_> {
         let emitted = match self.end.arrival {
             Arrival::Surface(hit) => self.scene.observer(self.scene.world.place_of(&hit))?.ratio(hit.direction),
             Arrival::Sky(..) => 1.0,
-            Arrival::Hole | Arrival::OutOfSteps => return None,
+            Arrival::Captured | Arrival::OutOfSteps => return None,
         };
         Some(emitted / self.camera_ratio)
     }

@@ -196,13 +196,13 @@ impl Writer<'_> {
         vertex["outcome"] = json!(match end.arrival {
             Arrival::Surface(_) => "hit",
             Arrival::Sky(..) => "escaped",
-            Arrival::Hole => "captured",
+            Arrival::Captured => "captured",
             Arrival::OutOfSteps => "out of steps",
         });
         match end.arrival {
             Arrival::Surface(hit) => self.surface(&hit, &mut vertex),
             Arrival::Sky(direction, _) => vertex["direction"] = vector(direction),
-            Arrival::Hole | Arrival::OutOfSteps => {}
+            Arrival::Captured | Arrival::OutOfSteps => {}
         }
         vertex
     }

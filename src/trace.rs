@@ -217,7 +217,7 @@ fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
     json += match arrival {
         Arrival::Surface(_) => "\"hit\"",
         Arrival::Sky(..) => "\"escaped\"",
-        Arrival::Hole => "\"captured\"",
+        Arrival::Captured => "\"captured\"",
         Arrival::OutOfSteps => "\"out of steps\"",
     };
     match arrival {
@@ -233,12 +233,12 @@ fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
             json += ",\"direction\":";
             push_vector(&mut json, direction);
         }
-        Arrival::Hole | Arrival::OutOfSteps => {}
+        Arrival::Captured | Arrival::OutOfSteps => {}
     }
     let side = match arrival {
         Arrival::Surface(hit) => Some(scene.world.side_of(hit.geometry)),
         Arrival::Sky(_, side) => Some(side),
-        Arrival::Hole | Arrival::OutOfSteps => None,
+        Arrival::Captured | Arrival::OutOfSteps => None,
     };
     let has_far_side = scene.world.spacetime.as_ref().is_some_and(|s| s.has_far_side());
     if let Some(side) = side.filter(|_| has_far_side) {

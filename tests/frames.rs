@@ -139,7 +139,7 @@ fn of_the_light_of_a_closed_room_what_falls_in_is_27_pi_rs2_over_its_area() {
             let (weight, ray) = leave(scene, i);
             sum += weight;
             match scene.integrator.trace(&scene.world, &ray).arrival {
-                Arrival::Hole => fallen += weight,
+                Arrival::Captured => fallen += weight,
                 Arrival::Surface(_) => {}
                 other => panic!("{integrator}: {other:?} from {ray:?}"),
             }

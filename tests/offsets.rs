@@ -82,7 +82,7 @@ fn outcome(a: &Arrival) -> (u8, u32, u32) {
     match a {
         Arrival::Surface(hit) => (0, hit.geometry, hit.primitive),
         Arrival::Sky(..) => (1, 0, 0),
-        Arrival::Hole => (2, 0, 0),
+        Arrival::Captured => (2, 0, 0),
         Arrival::OutOfSteps => (3, 0, 0),
     }
 }

@@ -171,7 +171,7 @@ fn recorded(built: &BuiltScene, ray: &Ray, end: &RayEnd, layer: Layer) -> Option
         Layer::Outcome => match end.arrival {
             Arrival::Surface(_) => Some([1.0, 0.0, 0.0]),
             Arrival::Sky(..) => Some([0.0, 1.0, 0.0]),
-            Arrival::Hole => Some([0.0, 0.0, 1.0]),
+            Arrival::Captured => Some([0.0, 0.0, 1.0]),
             Arrival::OutOfSteps => None,
         },
         Layer::Position => hit.map(|hit| (hit.point + world.origin).to_array()),

@@ -227,7 +227,7 @@ fn path(built: &BuiltScene, rooms: &Rooms, mut ray: Ray, random: &mut Random, co
         count.close += u64::from(ray.leaving.is_some());
         let hit = match scene.integrator.trace(world, &ray).arrival {
             Arrival::Surface(hit) => hit,
-            Arrival::Hole => break,
+            Arrival::Captured => break,
             other => return Err(format!("{ray:?} ends as {other:?}")),
         };
         let solid = rooms.solids[hit.geometry as usize];

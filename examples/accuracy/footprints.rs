@@ -10,7 +10,7 @@ use bhs::render::render_quietly;
 use bhs_core::scene::Footprints;
 use bhs_core::stats::Counters;
 use bhs_integrators::Adaptive;
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 
 /// Size of the pictures, and samples a pixel.
 const SIZE: [u32; 2] = [64, 48];

@@ -11,7 +11,7 @@ use bhs_core::geometry::{Geometry, TriangleMesh};
 use bhs_core::integrator::Integrator;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::world::World;
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Straight};
 use std::sync::Arc;
 

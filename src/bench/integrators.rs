@@ -9,7 +9,7 @@ use crate::plot::Chart;
 use bhs_core::integrator::{Integrator, Ray, RayEnd};
 use bhs_core::transport::BATCH;
 use bhs_core::world::World;
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Exact, Rk4, Straight};
 
 /// Steps of `schwarzschild-rk4` (rad).

@@ -10,7 +10,7 @@ use bhs_core::stats::Counters;
 use bhs_core::transport::BATCH;
 use bhs_core::world::World;
 use bhs_integrators::Exact;
-use bhs_integrators::flight::Tolerance;
+use bhs_integrators::Tolerance;
 use glam::DVec2;
 
 /// Tolerance of the truth, relative to the scene's diagonal.
@@ -128,7 +128,7 @@ pub fn differences(world: &World, found: &[Arrival], truth: &[Arrival]) -> Diffe
                     elsewhere += u32::from(distance > ELSEWHERE);
                 }
             }
-            (Arrival::Sky(..), Arrival::Sky(..)) | (Arrival::Hole, Arrival::Hole) => {}
+            (Arrival::Sky(..), Arrival::Sky(..)) | (Arrival::Captured, Arrival::Captured) => {}
             _ => {
                 other += 1;
                 elsewhere += 1;

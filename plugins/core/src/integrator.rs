@@ -65,8 +65,8 @@ pub enum Arrival {
     Surface(SurfaceHit),
     /// Far away, in this unit chart direction, on this side.
     Sky(DVec3, Side),
-    /// Behind the horizon.
-    Hole,
+    /// Where no light comes from: behind a horizon.
+    Captured,
     /// Nowhere yet: the integrator gave up after its largest number of steps.
     OutOfSteps,
 }

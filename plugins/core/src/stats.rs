@@ -84,7 +84,7 @@ impl Counters {
         let ended = match end.arrival {
             Arrival::Surface(_) => &mut self.hit,
             Arrival::Sky(..) => &mut self.escaped,
-            Arrival::Hole => &mut self.captured,
+            Arrival::Captured => &mut self.captured,
             Arrival::OutOfSteps => &mut self.out_of_steps,
         };
         *ended += 1;

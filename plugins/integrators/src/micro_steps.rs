@@ -56,7 +56,7 @@ pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, mut watch: Op
     let mut cost = Cost::default();
     let end = |arrival: Arrival, swept: f64, cost: Cost| RayEnd { arrival, swept, cost };
     if start.u * hole.rs >= 1.0 {
-        return end(Arrival::Hole, 0.0, cost);
+        return end(Arrival::Captured, 0.0, cost);
     }
     if !(start.u > 0.0 && start.du.is_finite()) {
         return end(Arrival::OutOfSteps, 0.0, cost);
@@ -91,7 +91,7 @@ pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, mut watch: Op
         match fate {
             Fate::Underway => from = to,
             Fate::Escaped => return end(Arrival::Sky(way, Side::Near), swept, cost),
-            Fate::Captured => return end(Arrival::Hole, swept, cost),
+            Fate::Captured => return end(Arrival::Captured, swept, cost),
         }
     }
     end(Arrival::OutOfSteps, swept, cost)

@@ -9,7 +9,7 @@ use crate::spherical::course::{RungeKutta, Setting as Orbits};
 use crate::spherical::exact::Exact;
 use crate::straight::Straight;
 use crate::tolerance::Tolerance;
-use crate::tracing::driver::{Followed, Start, follow};
+use crate::tracing::driver::{Start, follow};
 use crate::tracing::extent::{Extent, Precision};
 use arrayvec::ArrayVec;
 use bhs_core::integrator::{Integrator, Ray, RayEnd};
@@ -76,9 +76,7 @@ impl Tracer {
             Setup::Straight => Straight.trace_all(world, rays, ends),
             _ => {
                 for (rays, ends) in rays.chunks(LANES).zip(ends.chunks_mut(LANES)) {
-                    for (end, followed) in ends.iter_mut().zip(self.follow(setup, world, rays, None)) {
-                        *end = followed.ray_end();
-                    }
+                    self.follow(setup, world, rays, None, ends);
                 }
             }
         });
@@ -91,8 +89,9 @@ impl Tracer {
                 return Straight.polyline(world, ray);
             }
             let mut points = Vec::new();
-            let followed = self.follow(setup, world, std::slice::from_ref(ray), Some(&mut points));
-            (followed[0].ray_end(), points)
+            let mut end = RayEnd::NONE;
+            self.follow(setup, world, std::slice::from_ref(ray), Some(&mut points), std::slice::from_mut(&mut end));
+            (end, points)
         })
     }
 
@@ -109,13 +108,13 @@ impl Tracer {
     }
 
     /// Follows up to [`LANES`] rays side by side.
-    fn follow(&self, setup: &Setup<'_>, world: &World, rays: &[Ray], watch: Option<&mut Vec<DVec3>>) -> [Followed; LANES] {
+    fn follow(&self, setup: &Setup<'_>, world: &World, rays: &[Ray], watch: Option<&mut Vec<DVec3>>, ends: &mut [RayEnd]) {
         match (setup, rays) {
             (Setup::General(surroundings, depths, extent), _) => {
-                self.follow_general((surroundings, depths), extent, world, rays, watch)
+                self.follow_general((surroundings, depths), extent, world, rays, (watch, ends));
             }
-            (_, [_]) => self.follow_side_by_side::<f64>(setup, world, rays, watch),
-            _ => self.follow_side_by_side::<Lanes>(setup, world, rays, watch),
+            (_, [_]) => self.follow_side_by_side::<f64>(setup, world, rays, watch, ends),
+            _ => self.follow_side_by_side::<Lanes>(setup, world, rays, watch, ends),
         }
     }
 
@@ -125,11 +124,12 @@ impl Tracer {
         world: &World,
         rays: &[Ray],
         watch: Option<&mut Vec<DVec3>>,
-    ) -> [Followed; LANES] {
+        ends: &mut [RayEnd],
+    ) {
         let (extent, center) = match setup {
             Setup::Spherical(setting, extent) => (extent, setting.center),
             Setup::Index(setting) => (&setting.extent, setting.medium.center),
-            Setup::Straight | Setup::General(..) => return [Followed::NOT; LANES],
+            Setup::Straight | Setup::General(..) => return,
         };
         let (starts, error) = self.starts::<F>(extent, rays, center);
         // Lanes without a ray repeat the last one.
@@ -138,24 +138,24 @@ impl Tracer {
         let max_steps = self.max_steps;
         match (setup, self.method) {
             (Setup::Spherical(setting, _), Method::RungeKutta(step)) => {
-                follow(world, &starts, &mut setting.launch(x, d).by(RungeKutta(step)), max_steps, watch)
+                follow(world, &starts, &mut setting.launch(x, d).by(RungeKutta(step)), max_steps, watch, ends);
             }
             (Setup::Spherical(setting, _), Method::Exact(_)) => {
                 let launch = setting.launch(x, d);
                 let form = |i: usize| ClosedForm::new(setting.hole.rs, launch.at.u.lane(i), launch.at.du.lane(i));
                 let forms: ArrayVec<ClosedForm, LANES> = (0..rays.len()).map(form).collect();
-                follow(world, &starts, &mut launch.by(Exact(&forms)), max_steps, watch)
+                follow(world, &starts, &mut launch.by(Exact(&forms)), max_steps, watch, ends);
             }
             (Setup::Spherical(setting, _), _) => {
-                follow(world, &starts, &mut setting.launch(x, d).by_series(error), max_steps, watch)
+                follow(world, &starts, &mut setting.launch(x, d).by_series(error), max_steps, watch, ends);
             }
             (Setup::Index(setting), method) => {
                 let far = rays.iter().enumerate().map(|(i, ray)| u32::from(ray.side == Side::Far) << i).sum();
                 let course = setting.rays(x, d, far, error);
                 let mut course = if let Method::RungeKutta(step) = method { course.by_runge_kutta(step) } else { course };
-                follow(world, &starts, &mut course, max_steps, watch)
+                follow(world, &starts, &mut course, max_steps, watch, ends);
             }
-            _ => [Followed::NOT; LANES],
+            _ => {}
         }
     }
 
@@ -166,15 +166,14 @@ impl Tracer {
         extent: &Extent,
         world: &World,
         rays: &[Ray],
-        mut watch: Option<&mut Vec<DVec3>>,
-    ) -> [Followed; LANES] {
-        let mut all = [Followed::NOT; LANES];
-        for (ray, followed) in rays.iter().zip(&mut all) {
+        (mut watch, ends): (Option<&mut Vec<DVec3>>, &mut [RayEnd]),
+    ) {
+        for (ray, end) in rays.iter().zip(ends) {
             let (starts, error) = self.starts::<f64>(extent, std::slice::from_ref(ray), told.0.center());
             let mut course = GeneralRay::new(told, ray.origin, ray.direction, ray.side, error);
-            *followed = follow::<f64, _>(world, &starts, &mut course, self.max_steps, watch.as_deref_mut())[0];
+            let end = std::slice::from_mut(end);
+            follow::<f64, _>(world, &starts, &mut course, self.max_steps, watch.as_deref_mut(), end);
         }
-        all
     }
 
     /// How `rays` start, and the errors that they are followed with, over their distance from what is at `center`.

@@ -279,7 +279,7 @@ fn nothing_leaks_from_a_closed_room() {
                 let end = tracer.trace(&closed, &ray);
                 let hit = match end.arrival {
                     Arrival::Surface(hit) => hit,
-                    Arrival::Hole => break,
+                    Arrival::Captured => break,
                     other => panic!("case {case}: {ray:?} leaves the room: {other:?}, hole {hole} rs {rs}"),
                 };
                 worst_queries = worst_queries.max(u64::from(end.cost.queries));

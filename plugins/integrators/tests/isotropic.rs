@@ -106,7 +106,7 @@ fn orbits_are_the_rays_of_a_graded_index() {
                     assert!(turned < tolerance * grown.max(10.0), "{name} case {case}: turned by {turned:.1e}, {grown:.1e}");
                     worst[i] = worst[i].max(off / grown / tolerance);
                 }
-                (Arrival::Hole, None) => captured += 1,
+                (Arrival::Captured, None) => captured += 1,
                 (found, truth) => panic!("{name} case {case}: {found:?}, but {truth:?}"),
             }
         }

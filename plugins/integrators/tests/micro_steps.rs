@@ -86,7 +86,7 @@ fn light_that_leaves_and_light_that_falls_in_ends_as_it_should() {
         let ray = Ray::new(DVec3::new(0.01 * f64::from(i), 0.0, -5.0), DVec3::Z);
         let [a, b] = [&chords as &dyn Integrator, &exact].map(|i| i.trace(&world, &ray).arrival);
         match (a, b) {
-            (Arrival::Hole, Arrival::Hole) => fallen += 1,
+            (Arrival::Captured, Arrival::Captured) => fallen += 1,
             (Arrival::Sky(a, _), Arrival::Sky(b, _)) => {
                 assert!((a - b).length() < 1e-4, "{i}: {a} {b}");
                 escaped += 1;

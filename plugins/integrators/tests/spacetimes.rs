@@ -100,7 +100,7 @@ fn compare(world: &World, ray: &Ray, tested: &dyn Integrator, oracle: &dyn Integ
             tally.hits += 1;
             tally.far += u64::from(world.side_of(hit.geometry) != ray.side);
         }
-        Arrival::Hole => tally.captured += 1,
+        Arrival::Captured => tally.captured += 1,
         Arrival::OutOfSteps => tally.lost += 1,
         // The rooms are closed.
         Arrival::Sky(..) => panic!("{ray:?} leaks"),

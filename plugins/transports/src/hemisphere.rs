@@ -63,7 +63,7 @@ impl LightTransport for Hemisphere {
                     radiance += found;
                     break;
                 }
-                Arrival::Hole | Arrival::OutOfSteps => break,
+                Arrival::Captured | Arrival::OutOfSteps => break,
             };
             let Some(vertex) = scene.vertex(hit, &lambda) else {
                 log.counters.no_static_observer += 1;

@@ -328,7 +328,7 @@ impl<'s> Bounce<'_, '_, 's> {
                 path.radiance += found;
                 return None;
             }
-            Arrival::Hole | Arrival::OutOfSteps => return None,
+            Arrival::Captured | Arrival::OutOfSteps => return None,
         };
         let Some(vertex) = scene.vertex(hit, &state.lambda) else {
             log.counters.no_static_observer += 1;

@@ -125,8 +125,9 @@ impl<F: Real, S: Stretch<F>> Arc<F> for PlanarArc<F, S> {
         let c = F::splat;
         let center = Vector::all(self.planes.center);
         let [a, b] = points.map(|p| (p - center).length_squared());
-        let nearer = c(1.0) / a.min(b).sqrt();
-        c(4.0) * gap * per_length.max(nearer / (c(LONGEST_LEAP_COS) * (ends[1] - ends[0])))
+        let of_angle = c(LONGEST_LEAP_COS) * (ends[1] - ends[0]);
+        let per_way = c(1.0) / (a.min(b) * of_angle * of_angle);
+        c(4.0) * gap * (per_length * per_length).max(per_way).sqrt()
     }
 
     #[inline(always)]

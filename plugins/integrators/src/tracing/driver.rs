@@ -1,12 +1,12 @@
 //! Rays from their starts to where they end, one or eight side by side, piece by piece, whatever bends them.
 
 use crate::tracing::arc::Arc;
-use crate::tracing::packet::Packet;
-use bhs_core::integrator::{Arrival, Cost, RayEnd, SurfaceHit};
+use crate::tracing::packet::{Packet, Surfaces};
+use bhs_core::integrator::{Arrival, RayEnd};
 use bhs_core::intersector::Primitive;
-use bhs_core::lanes::{LANES, set_bits};
-use bhs_core::real::{Mask, Real};
-use bhs_core::spacetime::Side;
+use bhs_core::lanes::set_bits;
+use bhs_core::real::{Mask, Real, Vector};
+use bhs_core::spacetime::{Place, Side};
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -67,64 +67,47 @@ pub struct Start {
     pub limit: f64,
 }
 
-/// Where a ray ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum End {
-    /// On a surface.
-    Surface(SurfaceHit),
-    /// Where it was to end: the last chord ended here, on this side.
-    ReachedLimit(DVec3, Side),
-    /// Far away, in this direction, on this side.
-    Sky(DVec3, Side),
-    /// Where no light comes from.
-    Fallen,
-    /// It was given up.
-    Lost,
+/// Rays that have come to the parameters at which they were to end: [`RayEnd::arrival`] says nothing of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Reached<F> {
+    /// Their bits.
+    pub bits: u32,
+    /// Where their last chords ended.
+    pub last: Vector<F>,
+    /// Bits of those that are on the far side.
+    far: u32,
 }
 
-/// What became of a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Followed {
-    /// Where it ended.
-    pub end: End,
-    /// The parameter there.
-    pub parameter: f64,
-    /// What that took.
-    pub cost: Cost,
-}
-
-impl Followed {
-    /// That of a ray which was not followed.
-    pub const NOT: Self = Self { end: End::Lost, parameter: 0.0, cost: RayEnd::NONE.cost };
-
-    /// The same of a ray without a limit.
-    #[inline]
-    pub fn ray_end(&self) -> RayEnd {
-        let arrival = match self.end {
-            End::Surface(hit) => Arrival::Surface(hit),
-            End::Sky(direction, side) => Arrival::Sky(direction, side),
-            End::Fallen => Arrival::Hole,
-            End::ReachedLimit(..) | End::Lost => Arrival::OutOfSteps,
-        };
-        RayEnd { arrival, swept: self.parameter, cost: self.cost }
+impl<F: Real> Reached<F> {
+    /// Where ray number `i` is, if it is one of them.
+    pub fn place(&self, i: usize) -> Option<Place> {
+        (self.bits >> i & 1 == 1).then(|| Place { x: self.last.lane(i), side: side(self.far, i) })
     }
 }
 
 /// Follows the rays `starts`, as many as there are of `course` or fewer, through `world`, each for at most `max_steps` pieces: what becomes of
-/// them. `watch` gets the points of the way of the first one, if somebody wants them.
+/// them is written to `ends`, one a ray, and which have come to their limits is returned. `watch` gets the points of the way of the first one, if
+/// somebody wants them.
 pub fn follow<F: Real, C: Course<F>>(
     world: &World,
     starts: &[Start],
     course: &mut C,
     max_steps: u64,
     watch: Option<&mut Vec<DVec3>>,
-) -> [Followed; LANES] {
+    ends: &mut [RayEnd],
+) -> Reached<F> {
     let present = F::Mask::of_bits(((1_u32 << starts.len()) - 1) & F::Mask::ALL.bits());
-    let mut packet = Packet::<F>::new(world, starts, watch);
+    let surfaces = Surfaces::of(world);
+    ends.fill(RayEnd::NONE);
+    let mut packet = Packet::<F>::new(world, &surfaces, starts, watch, ends);
     let (falls, lost) = course.begin();
-    packet.end(present & falls, |_| End::Fallen);
+    packet.end(present & falls, Arrival::Captured);
     packet.go(course, present & !(falls | lost), max_steps);
-    packet.followed
+    let Packet { reached, last, far, steps, leaps, .. } = packet;
+    for (i, end) in ends.iter_mut().enumerate() {
+        (end.cost.steps, end.cost.leaps) = (steps.lane(i) as u32, leaps.lane(i) as u32);
+    }
+    Reached { bits: reached, last, far }
 }
 
 impl<F: Real> Packet<'_, F> {
@@ -137,9 +120,7 @@ impl<F: Real> Packet<'_, F> {
             if !underway.any() {
                 return;
             }
-            for i in set_bits(underway.bits()) {
-                self.followed[i].cost.steps += 1;
-            }
+            self.steps = Self::count(self.steps, underway);
             let next = course.advance(underway);
             let piece = course.piece();
             let there = underway & next.until.ge(self.limit);
@@ -155,7 +136,7 @@ impl<F: Real> Packet<'_, F> {
             }
             underway = underway & !(there | next.escapes | next.falls | next.lost);
         }
-        self.end(underway, |_| End::Lost);
+        self.end(underway, Arrival::OutOfSteps);
     }
 
     /// Notes the ends of those of `rays` that end behind a piece; `there`: where they were to end.
@@ -164,27 +145,27 @@ impl<F: Real> Packet<'_, F> {
         if !(rays & (there | next.escapes | next.falls | next.lost)).any() {
             return;
         }
-        let last = self.last;
-        let far = self.far;
-        self.end(rays & there, |i| End::ReachedLimit(last.lane(i), side(far, i)));
+        self.end(rays & there, Arrival::OutOfSteps);
+        self.reached |= (rays & there).bits();
         let rays = rays & !there;
-        self.end(rays & next.lost, |_| End::Lost);
-        self.end(rays & next.falls, |_| End::Fallen);
+        self.end(rays & next.lost, Arrival::OutOfSteps);
+        self.end(rays & next.falls, Arrival::Captured);
         let escaped = rays & next.escapes & !next.falls;
         if escaped.any() {
+            let far = self.far;
             course.directions(escaped, |i, direction, parameter| {
-                self.followed[i].parameter = parameter;
-                self.followed[i].end = direction.map_or(End::Lost, |direction| End::Sky(direction, side(far, i)));
+                self.ends[i].swept = parameter;
+                self.ends[i].arrival = direction.map_or(Arrival::OutOfSteps, |d| Arrival::Sky(d, side(far, i)));
             });
         }
     }
 
     /// Notes the ends of `rays`.
     #[inline(always)]
-    fn end(&mut self, rays: F::Mask, end: impl Fn(usize) -> End) {
+    fn end(&mut self, rays: F::Mask, arrival: Arrival) {
         for i in set_bits(rays.bits()) {
-            self.followed[i].end = end(i);
-            self.followed[i].parameter = self.parameter.lane(i);
+            self.ends[i].arrival = arrival;
+            self.ends[i].swept = self.parameter.lane(i);
         }
     }
 }

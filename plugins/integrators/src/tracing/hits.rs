@@ -124,11 +124,11 @@ impl<F: Real> Packet<'_, F> {
     fn within(&self, asked: &Asked<F>) -> u32 {
         let on = |surfaces: &Surfaces<'_>| (contains(surfaces, &asked.from.points) & contains(surfaces, &asked.to.points)).bits();
         let [near, far] = &self.surfaces;
-        let near = near.as_ref().map_or(0, on);
+        let near = near.map_or(0, on);
         if self.far == 0 {
             return near;
         }
-        (near & !self.far) | (far.as_ref().map_or(0, on) & self.far)
+        (near & !self.far) | (far.map_or(0, on) & self.far)
     }
 
     /// Asks what the chords of `rays` meet, and notes it in `hits`. Bits of those that meet something.
@@ -147,14 +147,14 @@ impl<F: Real> Packet<'_, F> {
         let ([x, y, z], [dx, dy, dz]) = (asked.from.points.to_arrays(), asked.way.to_arrays());
         let mut meets = 0;
         for i in set_bits((rays & asked.length.gt(c(0.0))).bits()) {
-            let Some(surfaces) = self.surfaces[(self.far >> i & 1) as usize] else { continue };
+            let Some(surfaces) = self.surfaces_of(i) else { continue };
             let (from, way) = (DVec3::new(x[i], y[i], z[i]), DVec3::new(dx[i], dy[i], dz[i]));
             let range = if within >> i & 1 == 1 {
                 Some((t_min[i], t_max[i]))
             } else {
                 surfaces.bounds.clip(from, way, t_min[i], t_max[i])
             };
-            let cost = &mut self.followed[i].cost;
+            let cost = &mut self.ends[i].cost;
             let Some((enter, leave)) = range else {
                 cost.chords_skipped += 1;
                 continue;
@@ -164,7 +164,7 @@ impl<F: Real> Packet<'_, F> {
             let hit = if self.departing >> i & 1 == 0 {
                 surfaces.half.closest(&segment, None)
             } else {
-                self.depart(i, &surfaces, &segment, enter)
+                self.depart(i, surfaces, &segment, enter)
             };
             if let Some(hit) = hit {
                 hits.note(self.world, i, segment, enter, hit);
@@ -194,14 +194,14 @@ impl<F: Real> Packet<'_, F> {
         let asked = &hits.asked;
         let (from, to) = (asked.from.lane(i), asked.to.lane(i));
         let before = (asked.has_before.bits() >> i & 1 == 1).then(|| asked.before.lane(i));
-        let surfaces = *self.surfaces_of(i)?;
+        let surfaces = self.surfaces_of(i)?;
         let piece = &piece.lane(i);
         let ends_at_throat = (self.crossing.bits() >> i & 1 == 1).then(|| piece.end());
         let start = &self.starts[i];
         let departure = self.departures[i].as_ref();
         let one = One { world: self.world, surfaces, piece, start, departure, ends_at_throat };
         let (segment, enter, hit) = &hits.chords[i];
-        one.resolve_hit(&Chord { from, to, before }, (segment, *enter, hit), &mut self.followed[i].cost)
+        one.resolve_hit(&Chord { from, to, before }, (segment, *enter, hit), &mut self.ends[i].cost)
     }
 
     /// Resolves those hits on facets that are as most are: ahead of where the chord begins, near to where the curve meets the facet itself. Bits of

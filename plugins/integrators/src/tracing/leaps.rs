@@ -2,9 +2,7 @@
 
 use crate::tracing::arc::Arc;
 use crate::tracing::packet::{Packet, Surfaces};
-use bhs_core::lanes::set_bits;
 use bhs_core::real::{Mask, Real, Vector};
-use bhs_core::spacetime::Side;
 
 /// Free space is passed over if that gets on by as much as this share of a chord.
 const WORTHWHILE: f64 = 0.5;
@@ -64,18 +62,24 @@ impl<F: Real> Packet<'_, F> {
             if !leaping.any() {
                 return *going;
             }
-            let mut leaped = F::Mask::NONE;
-            for side in [Side::Near, Side::Far] {
-                let Some(surfaces) = self.surfaces[side as usize] else { continue };
-                let here = match side {
-                    Side::Near if self.far == 0 => leaping,
-                    Side::Near => leaping & !F::Mask::of_bits(self.far),
-                    Side::Far => leaping & F::Mask::of_bits(self.far),
-                };
-                leaped = leaped | self.leap(piece, end, &surfaces, here);
-            }
+            let leaped = match self.surfaces {
+                [Some(surfaces), _] if self.far == 0 => self.leap(piece, end, surfaces, leaping),
+                _ => self.leap_on_both_sides(piece, end, leaping),
+            };
             chords = chords | (leaping & !leaped);
         }
+    }
+
+    /// The same where some of the rays are on the far side.
+    #[cold]
+    #[inline(never)]
+    fn leap_on_both_sides<A: Arc<F>>(&mut self, piece: &A, end: F, rays: F::Mask) -> F::Mask {
+        let far = F::Mask::of_bits(self.far);
+        let [near_side, far_side] = self.surfaces;
+        let mut leap = |surfaces: Option<&Surfaces<'_>>, rays: F::Mask| {
+            surfaces.map_or(F::Mask::NONE, |surfaces| self.leap(piece, end, surfaces, rays))
+        };
+        leap(near_side, rays & !far) | leap(far_side, rays & far)
     }
 
     /// Takes those of `rays`, all among `surfaces`, that can through free space, as far as it reaches but no farther than a long chord. Which of them
@@ -133,10 +137,10 @@ impl<F: Real> Packet<'_, F> {
         }
         let leaped = trying & (to.s - from.s).ge(least);
         self.go_to(&to, leaped);
-        self.departing &= !leaped.bits();
-        for i in set_bits(leaped.bits()) {
-            self.followed[i].cost.leaps += 1;
+        if self.departing != 0 {
+            self.departing &= !leaped.bits();
         }
+        self.leaps = Self::count(self.leaps, leaped);
         self.draw(piece, &from, leaped, true);
         leaped
     }

@@ -9,10 +9,10 @@
 
 use crate::tracing::arc::Arc;
 use crate::tracing::departure::Departure;
-use crate::tracing::driver::{End, Followed, Start, side};
+use crate::tracing::driver::Start;
 use crate::tracing::hits::{Asked, Hits};
 use bhs_core::geometry::Aabb;
-use bhs_core::integrator::SurfaceHit;
+use bhs_core::integrator::{Arrival, RayEnd, SurfaceHit};
 use bhs_core::lanes::{LANES, set_bits};
 use bhs_core::real::{Mask, Real, Vector};
 use bhs_core::spacetime::Side;
@@ -35,6 +35,16 @@ pub(crate) struct Surfaces<'w> {
     pub half: Half<'w>,
     /// A box around them with room for rounding.
     pub bounds: Aabb,
+}
+
+impl<'w> Surfaces<'w> {
+    /// Those of both sides of `world`; `None` where there are none.
+    pub fn of(world: &'w World) -> [Option<Self>; 2] {
+        [Side::Near, Side::Far].map(|side| {
+            let half = world.half(side).filter(|half| !half.bounds.is_empty())?;
+            Some(Surfaces { half, bounds: half.bounds.grown(half.margin) })
+        })
+    }
 }
 
 /// Points of curves.
@@ -70,7 +80,7 @@ pub(crate) struct Place {
 pub(crate) struct Packet<'w, F: Real> {
     pub world: &'w World,
     /// The surfaces of both sides; `None` where there are none.
-    pub surfaces: [Option<Surfaces<'w>>; 2],
+    pub surfaces: [Option<&'w Surfaces<'w>>; 2],
     pub starts: &'w [Start],
     /// Bits of the rays that are on the far side.
     pub far: u32,
@@ -96,21 +106,29 @@ pub(crate) struct Packet<'w, F: Real> {
     pub departures: [Option<Departure>; LANES],
     /// Bits of those that have made no chord yet, or one that was cut short.
     pub departing: u32,
-    pub followed: [Followed; LANES],
+    /// Bits of those that have come to where they were to end.
+    pub reached: u32,
+    /// What becomes of them.
+    pub ends: &'w mut [RayEnd],
+    /// Steps and leaps so far.
+    pub steps: F,
+    pub leaps: F,
     watch: Option<&'w mut Vec<DVec3>>,
 }
 
 impl<'w, F: Real> Packet<'w, F> {
     /// The rays `starts`; lanes without a ray repeat the last one.
     #[inline(always)]
-    pub fn new(world: &'w World, starts: &'w [Start], mut watch: Option<&'w mut Vec<DVec3>>) -> Self {
+    pub fn new(
+        world: &'w World,
+        surfaces: &'w [Option<Surfaces<'w>>; 2],
+        starts: &'w [Start],
+        mut watch: Option<&'w mut Vec<DVec3>>,
+        ends: &'w mut [RayEnd],
+    ) -> Self {
         let c = F::splat;
         let start = |i: usize| &starts[i.min(starts.len() - 1)];
         let number = |f: fn(&Start) -> f64| F::from_fn(|i| f(start(i)));
-        let surfaces = |side: Side| {
-            let half = world.half(side).filter(|half| !half.bounds.is_empty())?;
-            Some(Surfaces { half, bounds: half.bounds.grown(half.margin) })
-        };
         let (mut departures, mut departing) = ([None; LANES], 0);
         for (i, start) in starts.iter().enumerate().filter(|(_, start)| start.leaving.is_some()) {
             departures[i] = Departure::of(world, start);
@@ -122,7 +140,7 @@ impl<'w, F: Real> Packet<'w, F> {
         }
         Self {
             world,
-            surfaces: [surfaces(Side::Near), surfaces(Side::Far)],
+            surfaces: surfaces.each_ref().map(Option::as_ref),
             starts,
             far,
             gap: number(|s| s.gap),
@@ -137,9 +155,18 @@ impl<'w, F: Real> Packet<'w, F> {
             has_before: F::Mask::NONE,
             departures,
             departing,
-            followed: [Followed::NOT; LANES],
+            reached: 0,
+            ends,
+            steps: c(0.0),
+            leaps: c(0.0),
             watch,
         }
+    }
+
+    /// One more of what is counted for each of `rays`.
+    #[inline(always)]
+    pub fn count(count: F, rays: F::Mask) -> F {
+        count + F::select(rays, F::splat(1.0), F::splat(0.0))
     }
 
     /// Puts the rays `crossing` onto the other side, where their next chord begins with the next piece.
@@ -157,8 +184,8 @@ impl<'w, F: Real> Packet<'w, F> {
 
     /// The surfaces of the side that ray number `i` is on.
     #[inline(always)]
-    pub fn surfaces_of(&self, i: usize) -> Option<&Surfaces<'w>> {
-        self.surfaces[side(self.far, i) as usize].as_ref()
+    pub fn surfaces_of(&self, i: usize) -> Option<&'w Surfaces<'w>> {
+        self.surfaces[(self.far >> i & 1) as usize]
     }
 
     /// Which rays are on a side that has surfaces.
@@ -273,8 +300,8 @@ impl<'w, F: Real> Packet<'w, F> {
     /// Ray number `i` has arrived at `hit`, at the parameter `parameter`.
     #[inline]
     pub fn arrive(&mut self, i: usize, hit: SurfaceHit, parameter: f64) {
-        self.followed[i].end = End::Surface(hit);
-        self.followed[i].parameter = parameter;
+        self.ends[i].arrival = Arrival::Surface(hit);
+        self.ends[i].swept = parameter;
         if i == 0
             && let Some(watch) = &mut self.watch
         {

@@ -63,7 +63,7 @@ type MetBy<'a> = (&'a Segment, f64, &'a PrimitiveHit);
 #[derive(Clone, Copy)]
 pub(crate) struct One<'a, A> {
     pub world: &'a World,
-    pub surfaces: Surfaces<'a>,
+    pub surfaces: &'a Surfaces<'a>,
     pub piece: &'a A,
     pub start: &'a Start,
     /// How it leaves the surface on which it begins, if it does so exactly and is still on that side.

@@ -1,10 +1,12 @@
 //! Shadow rays: whether something stands in the way of light between two points.
 
-use crate::tracing::driver::{Course, End, Followed, Start, follow};
+use crate::tracing::driver::{Course, Start, follow};
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Cost, Ray, ShadowRay};
-use bhs_core::intersector::Ends;
+use bhs_core::integrator::{Arrival, Cost, Ray, RayEnd, ShadowRay};
+use bhs_core::intersector::{Ends, Primitive};
+use bhs_core::lanes::LANES;
 use bhs_core::real::Real;
+use bhs_core::spacetime::Place;
 use bhs_core::world::World;
 
 /// How close to its end a shadow ray may meet a surface without being occluded by it, relative to the coordinates there: the surface at the end must
@@ -41,35 +43,47 @@ pub fn occluded<F: Real, C: Course<F>>(
     course: &mut C,
     occluded: &mut [bool],
 ) -> Cost {
-    let followed = follow(world, starts, course, MOST_STEPS, None);
+    let mut ends = [RayEnd::NONE; LANES];
+    let ends = &mut ends[..rays.len()];
+    let reached = follow(world, starts, course, MOST_STEPS, None, ends);
     let mut cost = Cost::default();
-    for ((ray, followed), occluded) in rays.iter().zip(&followed).zip(occluded) {
+    for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
         // Steps are counted of rays only.
-        cost += Cost { steps: 0, ..followed.cost };
-        *occluded = !arrives(world, ray, followed, &mut cost);
+        cost += Cost { steps: 0, ..ends[i].cost };
+        *occluded = !match reached.place(i) {
+            Some(place) => arrives_from(world, ray, place, &mut cost),
+            None => arrives(world, ray, &ends[i].arrival),
+        };
     }
     cost
 }
 
-/// Whether a shadow ray that was followed has come to where it was to.
-fn arrives(world: &World, ray: &ShadowRay, followed: &Followed, cost: &mut Cost) -> bool {
+/// What a shadow ray ends on, if other surfaces may be as near to its end as rounding.
+fn crowded_target(world: &World, ray: &ShadowRay) -> Option<Primitive> {
+    ray.target.filter(|_| world.half(ray.to.side).is_some_and(|half| half.is_crowded(ray.to.x)))
+}
+
+/// Whether nothing stands between the end of a shadow ray and `last`, where its last chord ended.
+fn arrives_from(world: &World, ray: &ShadowRay, last: Place, cost: &mut Cost) -> bool {
+    let (Some(target), Some(half)) = (crowded_target(world, ray), world.half(last.side)) else { return true };
+    cost.queries += 1;
+    let segment = Segment { origin: last.x, direction: ray.to.x - last.x, t_min: 0.0, t_max: 1.0 };
+    !half.blocked_between(&segment, Ends { leaving: None, target: Some(target) })
+}
+
+/// Whether a shadow ray that ended before its limit has come to where it was to.
+fn arrives(world: &World, ray: &ShadowRay, arrival: &Arrival) -> bool {
     let to = ray.to;
-    let crowded = || ray.target.filter(|_| world.half(to.side).is_some_and(|half| half.is_crowded(to.x)));
-    match followed.end {
-        End::Surface(hit) => {
+    match arrival {
+        Arrival::Surface(hit) => {
             let is_there = (hit.point - to.x).length() <= AT_END * close(ray);
-            // Other surfaces may be as near to a crowded end as that.
-            is_there && world.side_of(hit.geometry) == to.side && crowded().is_none_or(|target| target.geometry == hit.geometry)
-        }
-        End::ReachedLimit(point, side) => {
-            let (Some(target), Some(half)) = (crowded(), world.half(side)) else { return true };
-            cost.queries += 1;
-            let segment = Segment { origin: point, direction: to.x - point, t_min: 0.0, t_max: 1.0 };
-            !half.blocked_between(&segment, Ends { leaving: None, target: Some(target) })
+            is_there
+                && world.side_of(hit.geometry) == to.side
+                && crowded_target(world, ray).is_none_or(|target| target.geometry == hit.geometry)
         }
         // Beyond all surfaces nothing stands in the way.
-        End::Sky(_, side) => side == to.side,
-        End::Fallen => true,
-        End::Lost => false,
+        Arrival::Sky(_, side) => *side == to.side,
+        Arrival::Captured => true,
+        Arrival::OutOfSteps => false,
     }
 }

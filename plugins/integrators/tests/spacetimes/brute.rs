@@ -75,7 +75,7 @@ fn compared(spacetime: &Arc<dyn Spacetime>, rays: u64) -> (u64, Vec<String>) {
             assert_ne!(right, End::Lost);
             seen += 1;
             match (found, right) {
-                (Arrival::Hole, End::Fallen) => {}
+                (Arrival::Captured, End::Fallen) => {}
                 (Arrival::Surface(hit), End::Surface(geometry, primitive, point))
                     if outcome(&found) == (0, geometry, primitive) && (hit.point - point).length() < 1e-5 => {}
                 (found, right) => different.push(format!("{ray:?}: {found:?}, {right:?}")),

@@ -108,7 +108,7 @@ pub fn outcome(arrival: &Arrival) -> (u8, u32, u32) {
         Arrival::Surface(hit) => (0, hit.geometry, hit.primitive),
         Arrival::Sky(_, Side::Near) => (1, 0, 0),
         Arrival::Sky(_, Side::Far) => (2, 0, 0),
-        Arrival::Hole => (3, 0, 0),
+        Arrival::Captured => (3, 0, 0),
         Arrival::OutOfSteps => (4, 0, 0),
     }
 }

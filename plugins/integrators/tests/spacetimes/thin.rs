@@ -80,7 +80,7 @@ fn what_stands_deep_down_is_seen() {
         seen[0] += u32::from(a.geometry == 0);
         let [a, b] = [adaptive(1e-5, &spacetime), general(1e-5)(&spacetime)].map(|i| trace(&*i, &beside, &ray).0);
         assert!(std::mem::discriminant(&a) == std::mem::discriminant(&b), "{a:?} {b:?}");
-        seen[1] += u32::from(a == Arrival::Hole);
+        seen[1] += u32::from(a == Arrival::Captured);
         seen[2] += u32::from(matches!(a, Arrival::Surface(hit) if hit.geometry == 0));
     }
     assert!(seen.iter().all(|n| *n > 3), "{seen:?}");

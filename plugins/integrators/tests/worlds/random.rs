@@ -103,7 +103,7 @@ impl Case {
             Arrival::Surface(hit) if hit.geometry == 0 => (0, 0, self.twins[hit.primitive as usize]),
             Arrival::Surface(hit) => (0, hit.geometry, hit.primitive),
             Arrival::Sky(..) => (1, 0, 0),
-            Arrival::Hole => (2, 0, 0),
+            Arrival::Captured => (2, 0, 0),
             Arrival::OutOfSteps => (3, 0, 0),
         }
     }
