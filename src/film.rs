@@ -73,7 +73,7 @@ impl Tile {
 
     /// Adds a sample's values of all layers to the pixel `i`; the samples of a pixel come in their order.
     pub fn add_layers(&mut self, i: usize, layers: &[Layer], values: impl Iterator<Item = Option<Value>>, weight: f64) {
-        let mut sums = &mut self.layers[i * numbers(layers)..];
+        let mut sums = self.layers_of(i);
         for (layer, value) in layers.iter().zip(values) {
             let (own, rest) = sums.split_at_mut(stride(*layer));
             if let Some(value) = value {
@@ -85,12 +85,16 @@ impl Tile {
 }
 
 impl Tile {
-    /// Adds the colour of a sample to the variance of the pixel `i`, if that is among the layers.
-    pub fn add_variance(&mut self, i: usize, layers: &[Layer], color: Value) {
-        if let Some(at) = layers.iter().position(|l| *l == Layer::Variance) {
-            let from = i * numbers(layers) + numbers(&layers[..at]);
-            add_variance(color, &mut self.layers[from..][..stride(Layer::Variance)]);
-        }
+    /// Adds the colour of a sample to the variance of the pixel `i`, which stands at [`variance_at`].
+    pub fn add_variance(&mut self, i: usize, at: usize, color: Value) {
+        add_variance(color, &mut self.layers_of(i)[at..][..stride(Layer::Variance)]);
+    }
+
+    /// The numbers of all layers of the pixel `i`, and those of the pixels after it.
+    #[inline]
+    fn layers_of(&mut self, i: usize) -> &mut [f64] {
+        let numbers = self.layers.len() / self.weights.len();
+        &mut self.layers[i * numbers..]
     }
 }
 
@@ -310,6 +314,12 @@ pub struct LayerPicture {
     pub layer: Layer,
     /// Its values, row by row from the top; `None` where no ray has one.
     pub values: Vec<Option<Value>>,
+}
+
+/// Where the numbers of the variance stand among those of the layers of a pixel, if it is one of them.
+pub fn variance_at(layers: &[Layer]) -> Option<usize> {
+    let before = layers.iter().position(|l| *l == Layer::Variance)?;
+    Some(numbers(&layers[..before]))
 }
 
 /// Numbers that a layer of a pixel takes: its channels, and a weight; the variance has sums of squares besides.

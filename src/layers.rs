@@ -9,8 +9,10 @@ mod albedo;
 use albedo::AlbedoColor;
 use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Film;
+use bhs_core::geometry::SurfaceGeometry;
 use bhs_core::integrator::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::layer::Layer;
+use bhs_core::observer::Observer;
 use bhs_core::scene::Scene;
 use bhs_core::transport::PathSample;
 use glam::DVec3;
@@ -23,38 +25,93 @@ pub type Value = [f64; 3];
 pub struct LayerCollector<'a> {
     scene: &'a Scene,
     layers: &'a [Layer],
-    albedo: AlbedoColor,
+    albedo: Option<AlbedoColor>,
+    bending: Bending<'a>,
+    /// What of a surface any of the layers asks for.
+    needs_surface: bool,
+    needs_observer: bool,
+}
+
+/// What bends light.
+#[derive(Clone, Copy)]
+enum Bending<'a> {
+    Nothing,
+    /// A plain hole, around which all orbits are plane.
+    Hole(&'a BlackHole),
+    /// Another spacetime.
+    Otherwise,
+}
+
+impl<'a> Bending<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        match &scene.world.hole {
+            _ if !scene.bends() => Self::Nothing,
+            Some(hole) if scene.world.spacetime.is_none() => Self::Hole(hole),
+            _ => Self::Otherwise,
+        }
+    }
 }
 
 impl<'a> LayerCollector<'a> {
     /// A collector of the film's layers; `None` if it asks for none.
     pub fn new(scene: &'a Scene, film: &'a dyn Film) -> Option<Self> {
         let layers = film.layers();
-        let of_rays = layers.iter().any(|l| *l != Layer::Variance);
-        of_rays.then(|| Self { scene, layers, albedo: AlbedoColor::new(scene, film) })
+        let wants = |some: &[Layer]| layers.iter().any(|layer| some.contains(layer));
+        layers.iter().any(|l| *l != Layer::Variance).then(|| Self {
+            scene,
+            layers,
+            albedo: wants(&[Layer::Albedo]).then(|| AlbedoColor::new(scene, film)),
+            bending: Bending::of(scene),
+            needs_surface: wants(&[Layer::Albedo, Layer::Normal, Layer::ShadingNormal]),
+            needs_observer: wants(&[Layer::Albedo, Layer::Redshift]),
+        })
     }
 
     /// The values of all layers, in the film's order, for the camera ray of a path that has been followed; `None` for what this ray has no
     /// value of. `camera_ratio`: wavelength where the ray starts over that at E = 1, as the camera measures it.
     pub fn values(&self, path: &PathSample, camera_ratio: f64) -> impl Iterator<Item = Option<Value>> {
-        let seen = VisibleSurface { scene: self.scene, ray: path.ray, camera_ratio, end: path.first };
-        self.layers.iter().map(move |layer| seen.value(*layer, &self.albedo))
+        let world = &self.scene.world;
+        let hit = match path.first.arrival {
+            Arrival::Surface(hit) => Some(hit),
+            _ => None,
+        };
+        let seen = VisibleSurface {
+            scene: self.scene,
+            bending: self.bending,
+            ray: path.ray,
+            camera_ratio,
+            end: path.first,
+            hit,
+            surface: hit.filter(|_| self.needs_surface).map(|hit| world.surface(&hit)),
+            observer: hit.filter(|_| self.needs_observer).and_then(|hit| self.scene.observer(world.place_of(&hit))),
+        };
+        self.layers.iter().map(move |layer| seen.value(*layer, self.albedo.as_ref()))
     }
 }
 
 /// What a camera ray sees.
 struct VisibleSurface<'s> {
     scene: &'s Scene,
+    bending: Bending<'s>,
     ray: Ray,
     camera_ratio: f64,
     end: RayEnd,
+    hit: Option<SurfaceHit>,
+    /// There, if any layer asks for it.
+    surface: Option<SurfaceGeometry>,
+    /// Likewise.
+    observer: Option<Observer>,
 }
 
 impl VisibleSurface<'_> {
-    fn value(&self, layer: Layer, albedo: &AlbedoColor) -> Option<Value> {
+    #[inline]
+    fn value(&self, layer: Layer, albedo: Option<&AlbedoColor>) -> Option<Value> {
         match layer {
-            Layer::ImpactParameter if self.bends_otherwise() => None,
-            Layer::ImpactParameter => Some(scalar(self.hole().map_or(0.0, |h| self.impact_parameter(h)))),
+            Layer::ImpactParameter => match self.bending {
+                Bending::Nothing => Some(scalar(0.0)),
+                Bending::Hole(hole) => Some(scalar(self.impact_parameter(hole))),
+                Bending::Otherwise => None,
+            },
             Layer::SweptAngle => self.swept_angle().map(scalar),
             Layer::Winding => self.swept_angle().map(|phi| scalar(phi / TAU)),
             Layer::ClosestApproach => self.closest_approach().map(scalar),
@@ -67,14 +124,16 @@ impl VisibleSurface<'_> {
                 Arrival::OutOfSteps => None,
             },
             Layer::Albedo => {
-                let vertex = self.scene.vertex(*self.hit()?, albedo.any_wavelengths())?;
-                Some(albedo.of(&vertex, vertex.ratio / self.camera_ratio))
+                let (hit, surface, observer) = (self.hit.as_ref()?, self.surface.as_ref()?, self.observer.as_ref()?);
+                let shift = observer.ratio(hit.direction) / self.camera_ratio;
+                Some(albedo?.of(self.scene, (hit, surface, observer), shift))
             }
-            Layer::Position => self.hit().map(|h| (h.point + self.scene.world.origin).to_array()),
-            Layer::Normal => self.hit().map(|h| self.scene.world.surface(h).normal.to_array()),
+            Layer::Position => self.hit.map(|h| (h.point + self.scene.world.origin).to_array()),
+            Layer::Normal => self.surface.map(|s| s.normal.to_array()),
+            Layer::ShadingNormal => self.surface.map(|s| s.shading_normal.to_array()),
             // No straight line of a chart leads to the other side.
             Layer::Depth => self
-                .hit()
+                .hit
                 .filter(|h| self.scene.world.side_of(h.geometry) == self.ray.side)
                 .map(|h| scalar((h.point - self.ray.origin).length())),
             Layer::Side => match self.end.arrival {
@@ -84,34 +143,15 @@ impl VisibleSurface<'_> {
             },
             // What samples find is no matter of the ray.
             Layer::Variance => None,
-            Layer::ShadingNormal => self.hit().map(|h| self.scene.world.surface(h).shading_normal.to_array()),
         }
-    }
-
-    fn hit(&self) -> Option<&SurfaceHit> {
-        match &self.end.arrival {
-            Arrival::Surface(hit) => Some(hit),
-            _ => None,
-        }
-    }
-
-    /// The hole, where it bends light.
-    fn hole(&self) -> Option<&BlackHole> {
-        self.scene.world.hole.as_ref().filter(|h| h.rs > 0.0 && self.scene.integrator.is_curved())
-    }
-
-    /// Whether something else bends light than a plain hole, around which all orbits are plane.
-    fn bends_otherwise(&self) -> bool {
-        self.scene.world.spacetime.is_some() && self.scene.integrator.is_curved()
     }
 
     /// Angle swept around the hole (rad).
     fn swept_angle(&self) -> Option<f64> {
-        match (self.hole(), self.end.arrival) {
-            _ if self.bends_otherwise() => None,
-            (None, _) => Some(0.0),
-            (Some(_), Arrival::OutOfSteps) => None,
-            (Some(_), _) => Some(self.end.swept),
+        match (self.bending, self.end.arrival) {
+            (Bending::Nothing, _) => Some(0.0),
+            (Bending::Otherwise, _) | (_, Arrival::OutOfSteps) => None,
+            (Bending::Hole(_), _) => Some(self.end.swept),
         }
     }
 
@@ -127,10 +167,11 @@ impl VisibleSurface<'_> {
     /// Smallest distance from the hole's centre on the way (scene units): the periapsis if the ray has passed it, else the
     /// nearer end; the horizon for a ray that falls in.
     fn closest_approach(&self) -> Option<f64> {
-        if self.bends_otherwise() {
-            return None;
-        }
-        let Some(hole) = self.hole() else { return Some(0.0) };
+        let hole = match self.bending {
+            Bending::Nothing => return Some(0.0),
+            Bending::Hole(hole) => hole,
+            Bending::Otherwise => return None,
+        };
         let outward = |point: DVec3, direction: DVec3| (point - hole.center).dot(direction) > 0.0;
         let start = (self.ray.origin - hole.center).length();
         let (end, leaves) = match self.end.arrival {
@@ -150,7 +191,7 @@ impl VisibleSurface<'_> {
     /// `g = nu_observed / nu_emitted`: the clock rate where the light comes from over that at the camera.
     fn redshift(&self) -> Option<f64> {
         let emitted = match self.end.arrival {
-            Arrival::Surface(hit) => self.scene.observer(self.scene.world.place_of(&hit))?.ratio(hit.direction),
+            Arrival::Surface(hit) => self.observer?.ratio(hit.direction),
             Arrival::Sky(..) => 1.0,
             Arrival::Captured | Arrival::OutOfSteps => return None,
         };

@@ -10,7 +10,7 @@ mod waves;
 pub use state::{RenderState, Snapshot};
 pub use waves::{Limits, Wave};
 
-use crate::film::{Framebuffer, Tile, TileProgress};
+use crate::film::{Framebuffer, Tile, TileProgress, variance_at};
 use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
 use crate::memory::OutOfMemory;
@@ -20,7 +20,6 @@ use crate::sample::CameraSample;
 use crate::signals::{Signals, StopSignal};
 use arrayvec::ArrayVec;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
-use bhs_core::layer::Layer;
 use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::scene::Scene;
 use bhs_core::spectrum::VisibleWavelengths;
@@ -141,7 +140,7 @@ impl TileWork<'_> {
         let mut not_finite = FirstSamples::default();
         let [lo, hi] = job.film.lambda_range();
         let wavelengths = VisibleWavelengths::new(lo, hi);
-        let wants_variance = job.film.layers().contains(&Layer::Variance);
+        let variance = variance_at(job.film.layers());
         let TileProgress { done, end, position } = tile.progress;
         let samples = end.saturating_sub(done).max(1) as usize;
         // Pixel after pixel.
@@ -163,15 +162,15 @@ impl TileWork<'_> {
                     tile.add_layers(pixel, job.film.layers(), layers.values(path, seen.camera_ratio()), f64::from(seen.weight));
                 }
                 let sums = &mut tile.sums[pixel * channels..][..channels];
-                let before = wants_variance.then(|| color(sums));
+                let before = variance.map(|_| color(sums));
                 let weight = seen.add(job, path, sums, &mut log).unwrap_or_else(|| {
                     not_finite.insert(seen.id);
                     0.0
                 });
-                if let Some(before) = before.filter(|_| weight != 0.0) {
+                if let Some((at, before)) = variance.zip(before).filter(|_| weight != 0.0) {
                     let after = color(sums);
                     let sample = std::array::from_fn(|c| (after[c] - before[c]) / weight);
-                    tile.add_variance(pixel, job.film.layers(), sample);
+                    tile.add_variance(pixel, at, sample);
                 }
                 tile.weights[pixel] += weight;
             }

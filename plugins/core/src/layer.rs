@@ -93,6 +93,7 @@ impl Layer {
     }
 
     /// Names of its channels in the EXR file: one or three. Those of surfaces are the names of pbrt-v4's film `gbuffer`.
+    #[inline]
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Self::ImpactParameter => &["impactparameter"],

@@ -1,6 +1,7 @@
 //! A built scene as light transport sees it: vertices with their observers (for lights to sample: `light_sampling.rs`).
 
 use crate::camera::{CameraRay, Viewpoint};
+use crate::geometry::SurfaceGeometry;
 use crate::integrator::{Integrator, Ray, SurfaceHit};
 use crate::light::{Emission, Light};
 use crate::light_sampling::Emitter;
@@ -149,6 +150,16 @@ impl Vertex<'_> {
     }
 }
 
+/// The direction back along the ray that arrives at `hit`, the normal and the shading normal there, as `observer` measures them.
+#[inline]
+fn view(observer: &Observer, hit: &SurfaceHit, surface: &SurfaceGeometry) -> [DVec3; 3] {
+    let wo = -observer.local_direction(hit.direction);
+    let ng = observer.local_normal(surface.normal);
+    let ns = observer.local_normal(surface.shading_normal);
+    // A shading normal that sees the viewer on the other side is of no use.
+    [wo, ng, if ns.dot(wo) * ng.dot(wo) <= 0.0 { ng } else { ns }]
+}
+
 impl Scene {
     // Inlined, for a vertex is large: what is returned would be copied.
     /// The vertex at `hit` of a path with the wavelengths `lambda` at E = 1; `None` where there is no static observer.
@@ -159,13 +170,7 @@ impl Scene {
         let binding = &self.shapes[hit.geometry as usize];
         let ratio = observer.ratio(hit.direction);
 
-        let wo = -observer.local_direction(hit.direction);
-        let ng = observer.local_normal(surface.normal);
-        let mut ns = observer.local_normal(surface.shading_normal);
-        // A shading normal that sees the viewer on the other side is of no use.
-        if ns.dot(wo) * ng.dot(wo) <= 0.0 {
-            ns = ng;
-        }
+        let [wo, ng, ns] = view(&observer, &hit, &surface);
         let (s, t) = ns.any_orthonormal_pair();
         let axes = [s, t, ns];
         let to_shading = |v: DVec3| DVec3::from_array(axes.map(|a| a.dot(v))).as_vec3();
@@ -183,6 +188,13 @@ impl Scene {
             axes,
             step_off: self.world.step_off(&hit),
         })
+    }
+
+    /// What [`Vertex::wo`] has along the shading normal, at a hit of which surface and observer are known.
+    #[inline]
+    pub fn cos_to_viewer(observer: &Observer, hit: &SurfaceHit, surface: &SurfaceGeometry) -> f32 {
+        let [wo, _, ns] = view(observer, hit, surface);
+        ns.dot(wo) as f32
     }
 
     /// Whether light bends in this scene.
