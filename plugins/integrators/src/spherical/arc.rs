@@ -269,7 +269,8 @@ mod tests {
         let hole = holes()[0];
         let planes = Planes::of_rays(CENTER, Vector::<f64>::from(CENTER + DVec3::X), DVec3::Y.into()).0;
         let at = Setting::new(&hole, AROUND).launch::<f64>((CENTER + DVec3::X * 4.0).into(), DVec3::Y.into()).at;
-        let stretch = Method::<f64>::steps(&RungeKutta(0.5), (&hole).into(), &at);
+        let mut stretch = Method::<f64>::nowhere(&RungeKutta(0.5), &at);
+        Method::<f64>::step(&RungeKutta(0.5), (&hole).into(), &at, &mut stretch);
         let arc = PlanarArc { hole: (&hole).into(), planes, stretch, end: 0.5 };
         for angle in [1e-4, 0.1, 0.7, LONGEST_CHORD] {
             assert_eq!(gap_of_angle(1.0, angle), arc.gap(0.0, angle));

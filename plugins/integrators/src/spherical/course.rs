@@ -22,8 +22,11 @@ pub trait Method<F: Real>: Copy {
     /// What they are stepped by.
     type Steps: Stretch<F>;
 
-    /// The next steps of orbits around `hole` that are at `start`.
-    fn steps(&self, hole: Attraction, start: &Polars<F>) -> Self::Steps;
+    /// Steps of no length of orbits that are at `at`.
+    fn nowhere(&self, at: &Polars<F>) -> Self::Steps;
+
+    /// Makes `steps` the next ones of orbits around `hole` that are at `start`. In their place, for they are large.
+    fn step(&self, hole: Attraction, start: &Polars<F>, steps: &mut Self::Steps);
 }
 
 /// By Taylor series, with errors of u of at most so much in a step.
@@ -34,8 +37,13 @@ impl<F: Real> Method<F> for Taylor<F> {
     type Steps = Steps<F>;
 
     #[inline(always)]
-    fn steps(&self, hole: Attraction, start: &Polars<F>) -> Steps<F> {
-        Steps::from(hole, start, self.0)
+    fn nowhere(&self, at: &Polars<F>) -> Steps<F> {
+        Steps::nowhere(at)
+    }
+
+    #[inline(always)]
+    fn step(&self, hole: Attraction, start: &Polars<F>, steps: &mut Steps<F>) {
+        steps.make(hole, start, self.0);
     }
 }
 
@@ -47,13 +55,17 @@ impl<F: Real> Method<F> for RungeKutta {
     type Steps = Steps<F>;
 
     #[inline(always)]
-    fn steps(&self, hole: Attraction, start: &Polars<F>) -> Steps<F> {
+    fn nowhere(&self, at: &Polars<F>) -> Steps<F> {
+        Steps::nowhere(at)
+    }
+
+    #[inline(always)]
+    fn step(&self, hole: Attraction, start: &Polars<F>, steps: &mut Steps<F>) {
         let h = room(hole, start, F::splat(self.0));
         let (u, du) = rk4(hole, start.u, start.du, h);
-        let mut steps = Steps::of_polynomials(quintic(hole, [start.u, start.du], [u, du], h), start, h);
+        steps.follow(quintic(hole, [start.u, start.du], [u, du], h), start, h);
         // The state itself, not what the polynomial gives for it.
         (steps.end.u, steps.end.du) = (u, du);
-        steps
     }
 }
 
@@ -158,9 +170,9 @@ impl<F: Real> Launch<F> {
     #[inline(always)]
     pub fn by<M: Method<F>>(self, method: M) -> Orbits<F, M> {
         let Self { setting, planes, at } = self;
-        let stretch = method.steps(setting.hole, &at);
+        let stretch = method.nowhere(&at);
         let piece = PlanarArc { hole: setting.hole, planes, stretch, end: at.phi };
-        Orbits { setting, method, at, is_first: true, piece }
+        Orbits { setting, method, at, piece }
     }
 }
 
@@ -170,8 +182,6 @@ pub struct Orbits<F: Real, M: Method<F>> {
     setting: Setting,
     method: M,
     at: Polars<F>,
-    /// The first step has been made.
-    is_first: bool,
     piece: PlanarArc<F, M::Steps>,
 }
 
@@ -188,9 +198,7 @@ impl<F: Real, M: Method<F>> Course<F> for Orbits<F, M> {
         let c = F::splat;
         let Setting { hole, bound, .. } = self.setting;
         let start = self.at;
-        if !std::mem::take(&mut self.is_first) {
-            self.piece.stretch = self.method.steps(hole, &start);
-        }
+        self.method.step(hole, &start, &mut self.piece.stretch);
         let end = *self.piece.stretch.end();
         self.at = end;
         let (captured, escaped) = (which & end.u.ge(c(hole.horizon)), which & end.u.le(c(0.0)));

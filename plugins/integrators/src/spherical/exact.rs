@@ -34,9 +34,13 @@ fn states<F: Real>(forms: &[ClosedForm], phi: F) -> Polars<F> {
 impl<'a, F: Real> Method<F> for Exact<'a> {
     type Steps = ExactStretch<'a, F>;
 
-    fn steps(&self, hole: Attraction, start: &Polars<F>) -> ExactStretch<'a, F> {
+    fn nowhere(&self, at: &Polars<F>) -> ExactStretch<'a, F> {
+        ExactStretch { forms: self.0, start: *at, end: *at }
+    }
+
+    fn step(&self, hole: Attraction, start: &Polars<F>, steps: &mut ExactStretch<'a, F>) {
         let end = states(self.0, start.phi + room(hole, start, F::splat(STRETCH)));
-        ExactStretch { forms: self.0, start: *start, end }
+        (steps.start, steps.end) = (*start, end);
     }
 }
 

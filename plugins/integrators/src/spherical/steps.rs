@@ -177,9 +177,9 @@ pub struct Steps<F> {
 }
 
 impl<F: Real> Steps<F> {
-    /// The steps from `start` of the orbits around `hole`, with errors of u of at most `error`.
+    /// Makes these the steps from `start` of the orbits around `hole`, with errors of u of at most `error`.
     #[inline]
-    pub fn from(hole: impl Into<Attraction>, start: &Polars<F>, error: F) -> Self {
+    pub fn make(&mut self, hole: impl Into<Attraction>, start: &Polars<F>, error: F) {
         let (one, hole) = (F::splat, hole.into());
         let c = coefficients(&hole, start.u, start.du);
         // The last two coefficients, for one of them is zero where the orbit is symmetric; as no step is longer than LONGEST, the very last counts
@@ -195,7 +195,7 @@ impl<F: Real> Steps<F> {
             longest[i] = root(shares[i]);
         }
         let h = room(hole, start, F::from_fn(|i| longest[i]));
-        Self::of_polynomials(c, start, h)
+        self.follow(c, start, h);
     }
 
     /// Steps of no length.
@@ -204,12 +204,18 @@ impl<F: Real> Steps<F> {
         Self { c: [F::splat(0.0); TERMS], start: *at, end: *at }
     }
 
-    /// The steps along which 1/r is the polynomial `c` in the angle since `start`, of the angles `h`.
-    #[inline(always)]
-    pub fn of_polynomials(c: [F; TERMS], start: &Polars<F>, h: F) -> Self {
-        let mut steps = Self { c, start: *start, end: *start };
-        steps.end = steps.polar(start.phi + h);
+    /// The steps from `start` of the orbits around `hole`, with errors of u of at most `error`.
+    pub fn from(hole: impl Into<Attraction>, start: &Polars<F>, error: F) -> Self {
+        let mut steps = Self::nowhere(start);
+        steps.make(hole, start, error);
         steps
+    }
+
+    /// Makes these the steps along which 1/r is the polynomial `c` in the angle since `start`, of the angles `h`.
+    #[inline(always)]
+    pub fn follow(&mut self, c: [F; TERMS], start: &Polars<F>, h: F) {
+        (self.c, self.start) = (c, *start);
+        self.end = self.polar(start.phi + h);
     }
 
     /// Which orbits have reached infinity.

@@ -2,7 +2,7 @@
 
 use crate::tracing::arc::Arc;
 use crate::tracing::packet::{Packet, Surfaces};
-use bhs_core::integrator::{Arrival, RayEnd};
+use bhs_core::integrator::{Arrival, Cost, RayEnd};
 use bhs_core::intersector::Primitive;
 use bhs_core::lanes::set_bits;
 use bhs_core::real::{Mask, Real, Vector};
@@ -98,7 +98,10 @@ pub fn follow<F: Real, C: Course<F>>(
 ) -> Reached<F> {
     let present = F::Mask::of_bits(((1_u32 << starts.len()) - 1) & F::Mask::ALL.bits());
     let surfaces = Surfaces::of(world);
-    ends.fill(RayEnd::NONE);
+    // Where they end is written for each of them.
+    for end in &mut *ends {
+        end.cost = Cost::default();
+    }
     let mut packet = Packet::<F>::new(world, &surfaces, starts, watch, ends);
     let (falls, lost) = course.begin();
     packet.end(present & falls, Arrival::Captured);
