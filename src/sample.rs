@@ -14,7 +14,7 @@ impl Job<'_> {
     /// wavelength of its light there over that at E = 1: see [`bhs_core::scene::Scene::camera_ray`]. All camera rays are made here.
     #[inline]
     pub fn camera_ray(&self, raster: DVec2, lens: Vec2) -> (Ray, Option<f64>) {
-        self.scene.camera_ray(&self.camera.ray(raster, lens), &self.viewpoint)
+        self.scene.camera_ray(&self.camera.ray(raster, lens), self.viewpoint)
     }
 }
 

@@ -6,7 +6,7 @@ use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{N_LAMBDA, SampledWavelengths};
 use bhs_core::stats::PathLog;
 use bhs_core::transport::PathSample;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// `sqrt(1 - rs/r)` with r in units of rs: the clock of a static observer at r over one far away.
 pub fn lapse(r: f64) -> f64 {
