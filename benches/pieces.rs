@@ -11,13 +11,14 @@ use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::integrator::{Arrival, Connections, Integrator, Ray};
 use bhs_core::material::Material;
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
+use bhs_core::spacetime::Class;
 use bhs_core::spectrum::{SampledWavelengths, SpectrumRole};
 use bhs_core::value::{Param, ParamType, Values};
 use bhs_integrators::Tolerance;
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::orbit::{OrbitPlane, Rk4Orbit, Stepper};
 use bhs_integrators::taylor::TaylorOrbit;
-use bhs_integrators::{Adaptive, Exact, Rk4, Straight};
+use bhs_integrators::{Adaptive, Exact, MicroSteps, Rk4, Straight};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::path::Path;
@@ -41,7 +42,7 @@ fn build(text: &str) -> BuiltScene {
 
 fn steps(criterion: &mut Criterion) {
     let built = build(&text("cornell_hole"));
-    let hole = built.scene.world.hole.expect("the scene has a hole");
+    let Class::Spherical(hole) = built.scene.world.spacetime().class() else { panic!("the scene has a hole") };
     let starts: Vec<_> = bounce_rays(&built, &camera_rays(&built, 2 * MANY))
         .iter()
         .take(MANY)
@@ -74,7 +75,7 @@ fn chords(criterion: &mut Criterion) {
         ("adaptive", Box::new(Adaptive::new(Tolerance::DEFAULT, 100_000))),
         ("exact", Box::new(Exact::new(Tolerance::DEFAULT, 100_000))),
         ("rk4, 0.1 rad", Box::new(Rk4::new(0.1, 100_000))),
-        ("micro-steps, 0.1 rad", Box::new(Rk4::micro_steps(0.1, 100_000))),
+        ("micro-steps, 0.1 rad", Box::new(MicroSteps::new(0.1, 100_000))),
     ];
     let mut group = criterion.benchmark_group("rays of a room with a hole");
     group.throughput(Throughput::Elements(rays.len() as u64));

@@ -7,13 +7,13 @@
 mod albedo;
 
 use albedo::AlbedoColor;
-use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Film;
 use bhs_core::geometry::SurfaceGeometry;
 use bhs_core::integrator::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::layer::Layer;
 use bhs_core::observer::Observer;
 use bhs_core::scene::Scene;
+use bhs_core::spacetime::{Class, Spherical};
 use bhs_core::transport::PathSample;
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -26,7 +26,7 @@ pub struct LayerCollector<'a> {
     scene: &'a Scene,
     layers: &'a [Layer],
     albedo: Option<AlbedoColor>,
-    bending: Bending<'a>,
+    bending: Bending,
     /// What of a surface any of the layers asks for.
     needs_surface: bool,
     needs_observer: bool,
@@ -34,19 +34,19 @@ pub struct LayerCollector<'a> {
 
 /// What bends light.
 #[derive(Clone, Copy)]
-enum Bending<'a> {
+enum Bending {
     Nothing,
-    /// A plain hole, around which all orbits are plane.
-    Hole(&'a BlackHole),
+    /// A hole around which all orbits are plane.
+    Hole(Spherical),
     /// Another spacetime.
     Otherwise,
 }
 
-impl<'a> Bending<'a> {
-    fn of(scene: &'a Scene) -> Self {
-        match &scene.world.hole {
-            _ if !scene.bends() => Self::Nothing,
-            Some(hole) if scene.world.spacetime.is_none() => Self::Hole(hole),
+impl Bending {
+    fn of(scene: &Scene) -> Self {
+        match scene.world.spacetime().class() {
+            Class::Flat => Self::Nothing,
+            Class::Spherical(hole) => Self::Hole(hole),
             _ => Self::Otherwise,
         }
     }
@@ -92,7 +92,7 @@ impl<'a> LayerCollector<'a> {
 /// What a camera ray sees.
 struct VisibleSurface<'s> {
     scene: &'s Scene,
-    bending: Bending<'s>,
+    bending: Bending,
     ray: Ray,
     camera_ratio: f64,
     end: RayEnd,
@@ -109,7 +109,7 @@ impl VisibleSurface<'_> {
         match layer {
             Layer::ImpactParameter => match self.bending {
                 Bending::Nothing => Some(scalar(0.0)),
-                Bending::Hole(hole) => Some(scalar(self.impact_parameter(hole))),
+                Bending::Hole(hole) => Some(scalar(self.impact_parameter(&hole))),
                 Bending::Otherwise => None,
             },
             Layer::SweptAngle => self.swept_angle().map(scalar),
@@ -155,13 +155,13 @@ impl VisibleSurface<'_> {
         }
     }
 
-    /// `b = r sin(alpha) / sqrt(1 - (rs/r) sin^2(alpha))` with the chart angle alpha to the radial direction (scene units): the
-    /// orbit's first integral `u'^2 = 1/b^2 - u^2 + rs u^3` with `u' = -cot(alpha)/r`.
-    fn impact_parameter(&self, hole: &BlackHole) -> f64 {
+    /// `b = r sin(alpha) / sqrt(1 - (1 - f(r)) sin^2(alpha))` with the chart angle alpha to the radial direction (scene units) and the square f
+    /// of the lapse: the orbit's first integral `u'^2 = 1/b^2 - u^2 f` with `u' = -cot(alpha)/r`.
+    fn impact_parameter(&self, hole: &Spherical) -> f64 {
         let from_center = self.ray.origin - hole.center;
         let r = from_center.length();
         let sin = from_center.cross(self.ray.direction).length() / r;
-        r * sin / (1.0 - hole.rs / r * sin * sin).sqrt()
+        r * sin / (1.0 - (1.0 - hole.lapse_squared(r)) * sin * sin).sqrt()
     }
 
     /// Smallest distance from the hole's centre on the way (scene units): the periapsis if the ray has passed it, else the
@@ -177,13 +177,11 @@ impl VisibleSurface<'_> {
         let (end, leaves) = match self.end.arrival {
             Arrival::Surface(h) => ((h.point - hole.center).length(), outward(h.point, h.direction)),
             Arrival::Sky(..) => (f64::INFINITY, true),
-            Arrival::Captured => return Some(hole.rs),
+            Arrival::Captured => return Some(hole.horizon()),
             Arrival::OutOfSteps => return None,
         };
         if leaves && !outward(self.ray.origin, self.ray.direction) {
-            let (b, critical) = (self.impact_parameter(hole), hole.critical_impact_parameter());
-            // The largest root of r^3 - b^2 r + b^2 rs (Viete); a ray that turns has one, but for rounding near the critical one.
-            return Some(2.0 * b / 3f64.sqrt() * ((-critical / b).max(-1.0).acos() / 3.0).cos());
+            return Some(periapsis(&hole, self.impact_parameter(&hole)));
         }
         Some(start.min(end))
     }
@@ -197,6 +195,31 @@ impl VisibleSurface<'_> {
         };
         Some(emitted / self.camera_ratio)
     }
+}
+
+/// Corrections of a periapsis at most.
+const CORRECTIONS: u32 = 100;
+
+/// The smallest distance from the centre of light around `hole` with the impact parameter `b` that comes from far away and turns: the largest root of
+/// `r^2 = b^2 f(r)`, or, where there is none for rounding near the critical one, where light goes round.
+fn periapsis(hole: &Spherical, b: f64) -> f64 {
+    let Spherical { rs, charge_squared, .. } = *hole;
+    if charge_squared == 0.0 {
+        // That of r^3 - b^2 r + b^2 rs (Viete).
+        let critical = 1.5 * 3f64.sqrt() * rs;
+        return 2.0 * b / 3f64.sqrt() * ((-critical / b).max(-1.0).acos() / 3.0).cos();
+    }
+    // Newton's method from outside comes down to it.
+    let mut r = b;
+    for _ in 0..CORRECTIONS {
+        let value = r * r * r * r - b * b * (r * (r - rs) + charge_squared);
+        let change = value / (4.0 * r * r * r - b * b * (2.0 * r - rs));
+        if !(change > 1e-15 * r) {
+            break;
+        }
+        r -= change;
+    }
+    r.max(0.75 * rs + (0.5625 * rs * rs - 2.0 * charge_squared).max(0.0).sqrt())
 }
 
 fn scalar(x: f64) -> Value {

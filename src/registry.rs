@@ -11,7 +11,7 @@ use bhs_core::Plugin;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
 use bhs_core::geometry::Shape;
-use bhs_core::integrator::Integrator;
+use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
@@ -97,7 +97,7 @@ macro_rules! kinds {
 }
 
 kinds! {
-    integrators: Integrator(dyn Integrator) = "integrator", bhs_integrators::ALL;
+    integrators: Integrator(dyn IntegratorBuilder) = "integrator", bhs_integrators::ALL;
     transports: Transport(dyn LightTransport) = "light transport", bhs_transports::ALL;
     intersectors: Intersector(dyn IntersectorBuilder) = "intersector", bhs_intersectors::ALL;
     cameras: Camera(dyn Camera) = "camera", bhs_cameras::ALL;
@@ -127,7 +127,7 @@ pub struct PluginInfo {
 }
 
 impl Registry {
-    /// The plugin of a kind with the given name, which may be a short one.
+    /// The plugin of a kind with the given name, or the other name that it has.
     pub fn find<T: Kind + ?Sized>(&self, name: &str) -> Option<Plugin<T>> {
         let named = |name: &str| T::list(self).iter().find(|p| p.name == name).copied();
         named(name).or_else(|| named(full_name(T::WORD, name)))
@@ -222,10 +222,10 @@ impl Registry {
     }
 }
 
-/// The name of the plugin of the kind `kind` for which `name` is short; else `name` itself.
+/// The name of the plugin of the kind `kind` that is also called `name`; else `name` itself.
 pub fn full_name<'a>(kind: &str, name: &'a str) -> &'a str {
-    let short = bhs_integrators::SHORT_NAMES.iter().find(|(short, _)| kind == "integrator" && *short == name);
-    short.map_or(name, |(_, full)| *full)
+    let known = bhs_integrators::OTHER_NAMES.iter().find(|(other, _)| kind == "integrator" && *other == name);
+    known.map_or(name, |(_, plugin)| *plugin)
 }
 
 /// A context in which nothing of the scene is known yet.
@@ -303,11 +303,11 @@ mod tests {
     }
 
     #[test]
-    fn short_names_are_those_of_plugins() {
+    fn other_names_are_those_of_plugins() {
         let registry = Registry::builtin();
-        for (short, full) in bhs_integrators::SHORT_NAMES {
-            assert_eq!(registry.find::<dyn Integrator>(short).map(|p| p.name), Some(*full));
-            assert!(registry.find::<dyn LightTransport>(short).is_none());
+        for (other, name) in bhs_integrators::OTHER_NAMES {
+            assert_eq!(registry.find::<dyn IntegratorBuilder>(other).map(|p| p.name), Some(*name));
+            assert!(registry.find::<dyn LightTransport>(other).is_none());
         }
     }
 

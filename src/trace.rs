@@ -240,7 +240,7 @@ fn answer(scene: &Scene, ray: &Ray, with_path: bool) -> String {
         Arrival::Sky(_, side) => Some(side),
         Arrival::Captured | Arrival::OutOfSteps => None,
     };
-    let has_far_side = scene.world.spacetime.as_ref().is_some_and(|s| s.has_far_side());
+    let has_far_side = scene.world.spacetime().has_far_side();
     if let Some(side) = side.filter(|_| has_far_side) {
         json += match side {
             Side::Near => ",\"side\":\"near\"",

@@ -7,7 +7,7 @@ use bhs::not_finite::SampleId;
 use bhs::registry::Registry;
 use bhs::render::Job;
 use bhs::sample::CameraSample;
-use bhs_core::integrator::Integrator;
+use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::VisibleWavelengths;
 use bhs_core::stats::PathLog;
@@ -78,7 +78,7 @@ fn no_light_transport_allocates_with_or_without_a_hole() {
 #[test]
 fn no_integrator_allocates() {
     // `general` reads a metric anew for each batch, and is the measure of the others, not the fast one.
-    for integrator in Registry::builtin().names::<dyn Integrator>().into_iter().filter(|name| *name != "general") {
+    for integrator in Registry::builtin().names::<dyn IntegratorBuilder>().into_iter().filter(|name| *name != "general") {
         check("cornell_hole", &scene("cornell_hole"), 2_000, &with(|o| o.integrator = Some(integrator.to_owned())));
     }
     let micro_steps = format!("Integrator \"schwarzschild-rk4\" \"string hits\" \"chord\"\n{}", scene("cornell_hole"));

@@ -206,5 +206,5 @@ fn overrides_reach_the_scene() {
     let built = common::build_with(&text, &o);
     assert_eq!(built.film.resolution(), [8, 6]);
     assert_eq!(built.sampler.samples_per_pixel(), 3);
-    assert!(!built.scene.integrator.is_curved());
+    assert!(!built.scene.world.bends());
 }

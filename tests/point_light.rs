@@ -4,6 +4,7 @@ use crate::common;
 use crate::common::lights::{floor, random, received};
 use bhs::lang::BuiltScene;
 use bhs_core::integrator::{Arrival, Ray, ShadowRay};
+use bhs_core::spacetime::Class;
 use bhs_core::spectrum::SampledWavelengths;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
@@ -39,7 +40,7 @@ fn room() -> BuiltScene {
 fn forwards(built: &BuiltScene, rays: u64) -> Vec<f64> {
     let scene = &built.scene;
     let y = scene.lights[0].position().expect("a point light");
-    let frame = scene.integrator.observer(&scene.world, bhs_core::spacetime::Place::near(y)).expect("outside").frame;
+    let frame = scene.observer(bhs_core::spacetime::Place::near(y)).expect("outside").frame;
     let mut arrived = vec![0.0; scene.shapes.len()];
     for i in 0..rays {
         // Evenly over the sphere of the observer at the light.
@@ -65,7 +66,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     });
     let light = light.expect("a point light");
     let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);
-    let hole = scene.world.hole.expect("a hole");
+    let Class::Spherical(hole) = scene.world.spacetime().class() else { panic!("a hole") };
     let f = |p: DVec3| 1.0 - hole.rs / (p - hole.center).length();
     received(built, points, |x, normal, observer| {
         let local_normal = observer.frame.local_normal(normal);

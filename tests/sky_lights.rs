@@ -5,6 +5,7 @@ use crate::common::lights::{floor, luminance, mean, random, received};
 use bhs::image::{Frame, Picture};
 use bhs::lang::BuiltScene;
 use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::spacetime::Class;
 use bhs_core::spectrum::SampledWavelengths;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
@@ -138,7 +139,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     let connections = scene.integrator.connections().expect("the integrator connects");
     let light = scene.sample_light(0.5, Vec2::splat(0.5)).expect("a light");
     let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);
-    let hole = scene.world.hole.expect("a hole");
+    let Class::Spherical(hole) = scene.world.spacetime().class() else { panic!("a hole") };
     received(built, points, |x, normal, observer| {
         let local_normal = observer.frame.local_normal(normal);
         let mut irradiance = 0.0;

@@ -1,17 +1,15 @@
 //! A picture's layers, the counts of its render and `bhs trace` say the same of a camera ray, to the bit, whatever follows it.
 
-mod common;
-
+use crate::common;
 use bhs::lang::{BuiltScene, Overrides};
 use bhs::not_finite::SampleId;
 use bhs::registry::Registry;
 use bhs::render::{Job, Rendered};
 use bhs::sample::CameraSample;
-use bhs_core::integrator::{Arrival, Connections, Integrator, Ray, RayEnd};
+use bhs_core::integrator::{Arrival, Connections, Integrator, IntegratorBuilder, Ray, RayEnd};
 use bhs_core::layer::Layer;
-use bhs_core::observer::Observer;
 use bhs_core::sampling::SampleStream;
-use bhs_core::spacetime::{Place, Side};
+use bhs_core::spacetime::{Class, Side};
 use bhs_core::spectrum::VisibleWavelengths;
 use bhs_core::transport::LightTransport;
 use bhs_core::world::World;
@@ -52,7 +50,7 @@ fn around(samples: u32, spacetime: &str) -> String {
 /// A plain hole, two holes, one that turns, and a wormhole, each with the integrators that work there.
 fn scenes(samples: u32) -> Vec<(String, BuiltScene)> {
     let wormhole = around(samples, "Wormhole \"ellis\" \"float throat\" 1") + &format!("Side \"far\"\n{}", things());
-    let all: Vec<String> = Registry::builtin().names::<dyn Integrator>().into_iter().map(str::to_owned).collect();
+    let all: Vec<String> = Registry::builtin().names::<dyn IntegratorBuilder>().into_iter().map(str::to_owned).collect();
     assert!(all.len() >= 6, "{all:?}");
     let some = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
     let cases = [
@@ -113,16 +111,8 @@ impl Integrator for Counted {
         self.integrator.polyline(world, ray)
     }
 
-    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
-        self.integrator.observer(world, place)
-    }
-
     fn connections(&self) -> Option<&dyn Connections> {
         self.integrator.connections()
-    }
-
-    fn is_curved(&self) -> bool {
-        self.integrator.is_curved()
     }
 }
 
@@ -179,7 +169,7 @@ fn recorded(built: &BuiltScene, ray: &Ray, end: &RayEnd, layer: Layer) -> Option
             hit.filter(|hit| world.side_of(hit.geometry) == ray.side).and_then(|hit| scalar((hit.point - ray.origin).length()))
         }
         Layer::Side => side.and_then(|side| scalar(f64::from(side as u8))),
-        Layer::SweptAngle if world.hole.is_some() && built.scene.integrator.is_curved() => scalar(end.swept),
+        Layer::SweptAngle if matches!(world.spacetime().class(), Class::Spherical(_)) => scalar(end.swept),
         _ => return None,
     })
 }

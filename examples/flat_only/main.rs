@@ -6,12 +6,12 @@ mod timer;
 
 use bhs::registry::Registry;
 use bhs_core::Plugin;
-use bhs_core::integrator::Integrator;
+use bhs_core::integrator::IntegratorBuilder;
 use bhs_integrators::Straight;
 
 /// All plugins but the integrators of curved light, which nothing here names, so that they are not part of the program.
 fn registry() -> Registry {
-    const STRAIGHT: Plugin<dyn Integrator> =
+    const STRAIGHT: Plugin<dyn IntegratorBuilder> =
         Plugin { name: "straight", summary: "straight lines", build: |_| Some(Box::new(Straight)) };
     let mut registry = Registry::empty().with(STRAIGHT);
     macro_rules! all {

@@ -81,15 +81,15 @@ fn triangles(world: &World) -> usize {
 }
 
 /// The same surfaces, with each triangle of the largest mesh cut into four.
-fn subdivided(world: World) -> Result<World> {
+fn subdivided(mut world: World) -> Result<World> {
     let size = |g: &Geometry| if let Geometry::Mesh(mesh) = g { mesh.triangles.len() } else { 0 };
-    let World { mut geometries, hole, origin, .. } = world;
+    let mut geometries = std::mem::take(&mut world.geometries);
     let largest = geometries.iter_mut().max_by_key(|g| size(g)).context("no geometry")?;
     if let Geometry::Mesh(mesh) = largest {
         *largest = Geometry::Mesh(Arc::new(cut(mesh)));
     }
     let intersector = bhs_intersectors::embree::Embree.build(&geometries).map_err(|why| anyhow!(why))?;
-    Ok(World::new(geometries, intersector, hole, origin))
+    Ok(world.with_surfaces(geometries, intersector))
 }
 
 /// Each triangle cut into four at the middles of its sides. Neighbours do not share the middles.

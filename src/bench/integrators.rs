@@ -7,10 +7,11 @@ use super::{Measured, Summary, Tradeoff, equal_error, pareto_front, series};
 use crate::lang::BuiltScene;
 use crate::plot::Chart;
 use bhs_core::integrator::{Integrator, Ray, RayEnd};
+use bhs_core::spacetime::Class;
 use bhs_core::transport::BATCH;
 use bhs_core::world::World;
 use bhs_integrators::Tolerance;
-use bhs_integrators::{Adaptive, Exact, Rk4, Straight};
+use bhs_integrators::{Adaptive, Exact, MicroSteps, Rk4, Straight};
 
 /// Steps of `schwarzschild-rk4` (rad).
 pub const STEPS: [f64; 6] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01];
@@ -41,14 +42,14 @@ pub struct Candidate {
 
 /// All curved integrators with all settings, in a scene of the given diagonal; the baseline first.
 pub fn candidates(diagonal: f64) -> Vec<Candidate> {
-    let by_step = |name, step, integrator: Rk4| Candidate {
+    let by_step = |name, step, integrator: Box<dyn Integrator>| Candidate {
         name,
         shown: format!("{step} rad"),
         setting: Some(step),
-        integrator: Box::new(integrator),
+        integrator,
     };
-    let baseline = MICRO_STEPS.map(|step| by_step(BASELINE, step, Rk4::micro_steps(step, MOST_STEPS)));
-    let rk4 = STEPS.map(|step| by_step("rk4", step, Rk4::new(step, MOST_STEPS)));
+    let baseline = MICRO_STEPS.map(|step| by_step(BASELINE, step, Box::new(MicroSteps::new(step, MOST_STEPS))));
+    let rk4 = STEPS.map(|step| by_step("rk4", step, Box::new(Rk4::new(step, MOST_STEPS))));
     let tolerances = || TOLERANCES.map(Some).into_iter().chain([None]);
     let by_tolerance = |name, make: fn(Tolerance) -> Box<dyn Integrator>| {
         tolerances().map(move |setting| Candidate {
@@ -84,7 +85,7 @@ pub fn nanoseconds(world: &World, integrator: &dyn Integrator, rays: &[Ray]) -> 
 /// Measures every candidate `rounds` times, in turn, on `count` camera rays and on the rays that bounce off what they meet. A scene without a hole has
 /// nothing to choose between: an empty list.
 pub fn measure(built: &BuiltScene, count: usize, rounds: u32) -> Vec<Measured> {
-    if built.scene.world.hole.is_none() {
+    if !matches!(built.scene.world.spacetime().class(), Class::Spherical(hole) if hole.charge_squared == 0.0) {
         return Vec::new();
     }
     let camera = camera_rays(built, count);

@@ -12,10 +12,8 @@ use crate::plot::Chart;
 use crate::render::try_render_quietly;
 use anyhow::{Context, Result};
 use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
-use bhs_core::observer::Observer;
-use bhs_core::spacetime::Place;
 use bhs_core::world::World;
-use bhs_integrators::{Rk4, Straight};
+use bhs_integrators::{MicroSteps, Straight};
 use glam::DVec3;
 
 /// How the baseline follows rays: fixed micro-steps (Aikawa, Zhou and Wang 2019).
@@ -42,16 +40,8 @@ impl Integrator for Unconnected {
         self.0.polyline(world, ray)
     }
 
-    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
-        self.0.observer(world, place)
-    }
-
     fn connections(&self) -> Option<&dyn Connections> {
         None
-    }
-
-    fn is_curved(&self) -> bool {
-        self.0.is_curved()
     }
 }
 
@@ -99,7 +89,7 @@ impl<F: Fn(&Overrides) -> Result<lang::Method>> Studio<F> {
         let made = (self.make)(&self.overrides(method));
         let mut made = made.with_context(|| format!("the scene cannot be rendered with `{}`", method.name))?;
         if self.curved && method.integrator.is_some() {
-            made.integrator = Box::new(Rk4::micro_steps(BASELINE_STEP, MOST_STEPS));
+            made.integrator = Box::new(MicroSteps::new(BASELINE_STEP, MOST_STEPS));
         } else if !self.curved {
             made.integrator = Box::new(Straight);
         }
@@ -130,7 +120,7 @@ impl<F: Fn(&Overrides) -> Result<lang::Method>> Studio<F> {
 /// # Errors
 /// If the scene cannot be rendered with another transport.
 pub fn measure(built: BuiltScene, make: impl Fn(&Overrides) -> Result<lang::Method>, rounds: u32) -> Result<Measured> {
-    let curved = built.scene.integrator.is_curved();
+    let curved = built.scene.world.bends();
     let mut studio = Studio { built, make, curved };
     let mut ready = METHODS.iter().map(|m| studio.ready(m)).collect::<Result<Vec<_>>>()?;
     let best = METHODS.len() - 1;

@@ -10,14 +10,14 @@ use crate::registry::Registry;
 use bhs_core::camera::{Camera, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
-use bhs_core::integrator::Integrator;
+use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::light_sampling::Emitter;
 use bhs_core::material::Material;
 use bhs_core::sampling::Discrete;
 use bhs_core::scene::{Footprints, Scene, ShapeBinding};
-use bhs_core::spacetime::{Class, Side};
+use bhs_core::spacetime::Side;
 use bhs_core::world::World;
 use glam::{DVec3, Vec2};
 use std::collections::VecDeque;
@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 /// All plugins of a scene, in world space. What could not be made has been reported.
 pub(super) struct Parts {
-    pub integrator: Option<(String, Box<dyn Integrator>)>,
+    pub integrator: Option<(String, Box<dyn IntegratorBuilder>)>,
     /// With the place of its name.
     pub intersector: Option<(Span, Box<dyn IntersectorBuilder>)>,
     /// At least one.
@@ -93,7 +93,7 @@ pub(super) fn assemble(
     found: &mut Vec<Diagnostic>,
 ) -> Option<Assembled> {
     let Parts { mut cameras, lambda_range, shapes, .. } = parts;
-    let (integrator_name, integrator) = choose_integrator(parts.integrator, parts.gravity.as_ref(), registry, found);
+    let (integrator_name, integrator, bends) = choose_integrator(parts.integrator, parts.gravity.as_ref(), registry, found);
 
     // Render space: single precision is fine near its origin only.
     check_range(&shapes, found);
@@ -102,7 +102,6 @@ pub(super) fn assemble(
     let bounds = shapes.iter().map(|s| s.geometry.bounds()).chain(objects.iter().map(Placed::bounds));
     let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
     let origin = render_origin(&bounds, cameras.first().and_then(|c| c.camera.as_deref()));
-    let bends = integrator.as_ref().is_some_and(|i| i.is_curved());
     // In world space, and in render space.
     let in_world = parts.gravity.filter(|g| bends || g.spacetime.has_far_side());
     let gravity = in_world.as_ref().map(|g| g.moved(origin));
@@ -224,9 +223,8 @@ pub(super) fn assemble(
         }
     };
     let intersector = build(&geometries)?;
-    let hole = gravity.as_ref().and_then(Gravity::hole);
-    let mut world = World::new(geometries, intersector, hole, origin);
-    if let Some(gravity) = gravity.filter(|g| hole.is_none() && !matches!(g.spacetime.class(), Class::Flat)) {
+    let mut world = World::new(geometries, intersector, origin);
+    if let Some(gravity) = gravity.filter(|_| bends) {
         world = world.in_spacetime(gravity.spacetime, gravity.conventions);
     }
     if !far.is_empty() {

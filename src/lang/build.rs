@@ -16,7 +16,7 @@ use crate::registry::{Kind, Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
-use bhs_core::integrator::Integrator;
+use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
@@ -341,10 +341,10 @@ pub(super) fn build_integrator(
     registry: &Registry,
     context: Context,
     found: &mut Vec<Diagnostic>,
-) -> Option<(String, Box<dyn Integrator>)> {
+) -> Option<(String, Box<dyn IntegratorBuilder>)> {
     let name = entity.name.value.as_str();
     let is_transport = registry.find::<dyn LightTransport>(name).is_some();
-    if registry.find::<dyn Integrator>(name).is_none() && (is_transport || PBRT_INTEGRATORS.contains(&name)) {
+    if registry.find::<dyn IntegratorBuilder>(name).is_none() && (is_transport || PBRT_INTEGRATORS.contains(&name)) {
         let instead = if is_transport { name } else { "path" };
         found.push(
             Diagnostic::error("pbrt-integrator", format!("`{name}` is a light transport, not an integrator of light rays"))
@@ -353,7 +353,7 @@ pub(super) fn build_integrator(
         );
         return None;
     }
-    Some((name.to_owned(), registry.create::<dyn Integrator>(entity, context, found)?))
+    Some((name.to_owned(), registry.create::<dyn IntegratorBuilder>(entity, context, found)?))
 }
 
 /// What stands in the scene, and the objects with their instances.

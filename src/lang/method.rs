@@ -2,7 +2,7 @@
 
 use crate::lang::overrides::{Overrides, Settings};
 use crate::lang::source::SourceMap;
-use crate::lang::spacetime::build_spacetime;
+use crate::lang::spacetime::{build_spacetime, choose_integrator};
 use crate::lang::{build, has_errors, resolve};
 use crate::registry::{Registry, bare_context};
 use bhs_core::camera::Film;
@@ -41,18 +41,18 @@ pub fn load_method(
     let (seed, _) = build::build_options(&settings.options, registry, context, sources, &mut found);
     let context = Context { seed: overrides.seed.unwrap_or(seed), ..context };
     let film = registry.create::<dyn Film>(&settings.film, context, &mut found);
-    // Only what is wrong with it matters here.
-    let _ = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));
+    let gravity = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));
     let context = Context {
         resolution: film.as_ref().map_or(context.resolution, |f| f.resolution()),
         lambda_range: film.as_ref().map_or(context.lambda_range, |f| f.lambda_range()),
         ..context
     };
-    let integrator = build::build_integrator(&settings.integrator, registry, context, &mut found);
+    let builder = build::build_integrator(&settings.integrator, registry, context, &mut found);
+    let (_, integrator, _) = choose_integrator(builder, gravity.as_ref(), registry, &mut found);
     let transport = registry.create::<dyn LightTransport>(&settings.transport, context, &mut found);
     let sampler = registry.create::<dyn Sampler>(&settings.sampler, context, &mut found);
     match (integrator, transport, sampler) {
-        (Some((_, integrator)), Some(transport), Some(sampler)) if !has_errors(&found) => {
+        (Some(integrator), Some(transport), Some(sampler)) if !has_errors(&found) => {
             Ok(Method { integrator, transport, sampler })
         }
         _ => Err(found),

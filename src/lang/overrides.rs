@@ -9,7 +9,7 @@ use crate::lang::source::SourceMap;
 use crate::memory::TooLarge;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
-use bhs_core::integrator::Integrator;
+use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::layer::Layer;
 use bhs_core::spacetime::Side;
 use bhs_core::transport::LightTransport;
@@ -162,7 +162,7 @@ impl Settings {
         let mut or_default = |slot: Option<Entity>, keyword: &str, name: &str| {
             slot.unwrap_or_else(|| entity(name, defaults.flag(keyword, &format!("\"{name}\""))))
         };
-        let bent = if scene.spacetime.is_some() { "schwarzschild-adaptive" } else { "straight" };
+        let bent = if scene.spacetime.is_some() { "adaptive" } else { "straight" };
         let mut settings = Self {
             integrator: or_default(scene.integrator.take(), "Integrator", bent),
             transport: or_default(scene.transport.take(), "LightTransport", "path"),
@@ -207,7 +207,7 @@ impl Overrides {
 
     fn replace_plugins(&self, scene: &mut SceneDescription, registry: &Registry, flags: &mut Flags) {
         if let Some(name) = &self.integrator {
-            replace::<dyn Integrator>(&mut scene.integrator, name, flags.flag("--integrator", name), registry);
+            replace::<dyn IntegratorBuilder>(&mut scene.integrator, name, flags.flag("--integrator", name), registry);
         }
         if let Some(name) = &self.transport {
             replace::<dyn LightTransport>(&mut scene.transport, name, flags.flag("--transport", name), registry);

@@ -3,15 +3,14 @@
 use crate::lang::build::create_with;
 use crate::lang::description::Entity;
 use crate::registry::{NoFiles, Registry, bare_context};
-use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::{Camera, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::Integrator;
+use bhs_core::integrator::{Integrator, IntegratorBuilder};
 use bhs_core::observer::Conventions;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::ONE_MINUS_EPSILON;
-use bhs_core::spacetime::{Class, Place, Side, Spacetime};
+use bhs_core::spacetime::{Class, Minkowski, Place, Side, Spacetime};
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
 
@@ -53,14 +52,6 @@ impl Gravity {
     /// The same in coordinates with the origin `origin`.
     pub fn moved(&self, origin: DVec3) -> Self {
         Self { spacetime: self.spacetime.moved(origin), ..self.clone() }
-    }
-
-    /// The hole, if it is one that has no charge and does not turn, and nothing else.
-    pub fn hole(&self) -> Option<BlackHole> {
-        let Class::Spherical(hole) = self.spacetime.class() else { return None };
-        let Conventions { redshift, radiance_shift, frame } = self.conventions;
-        let plain = BlackHole { center: hole.center, rs: hole.rs, redshift, radiance_shift, frame };
-        (hole.charge_squared == 0.0).then_some(plain)
     }
 
     /// What is wrong with something that stands on `side` at all of `points`, if nothing can stand at any of them; and what that is.
@@ -169,46 +160,48 @@ impl Gravity {
     }
 }
 
-/// The integrator to use: where nothing bends light it is `straight`, so that the picture is the same bit for bit.
+/// The integrator to use, and whether light bends under it: where nothing bends light it is `straight`, so that the picture is the same bit for
+/// bit.
 pub(super) fn choose_integrator(
-    given: Option<(String, Box<dyn Integrator>)>,
+    given: Option<(String, Box<dyn IntegratorBuilder>)>,
     gravity: Option<&Gravity>,
     registry: &Registry,
     found: &mut Vec<Diagnostic>,
-) -> (String, Option<Box<dyn Integrator>>) {
-    let Some((name, integrator)) = given else { return (String::new(), None) };
+) -> (String, Option<Box<dyn Integrator>>, bool) {
+    let Some((name, builder)) = given else { return (String::new(), None, true) };
     // A wormhole whose throat has closed is flat.
-    match gravity.filter(|g| !matches!(g.spacetime.class(), Class::Flat)) {
-        Some(Gravity { span, .. }) if !integrator.is_curved() => {
-            let what = if gravity.is_some_and(|g| g.hole().is_some()) { "black hole" } else { "spacetime" };
-            found.push(
-                Diagnostic::warning("hole-ignored", format!("the integrator `{name}` ignores the {what}"))
-                    .at(*span, "light passes it straight")
-                    .help("choose another `Integrator` to see what bends it; without one, the scene gets one that bends light"),
-            );
-        }
-        None if integrator.is_curved() => {
-            let plugin = registry.find::<dyn Integrator>("straight");
-            let context = bare_context(&NoFiles, registry.spectra());
-            let params = Params::new(Spanned::new("straight".to_owned(), Span::default()), &[], context);
-            if let Some(straight) = plugin.and_then(|p| (p.build)(&params)) {
-                return ("straight".to_owned(), Some(straight));
-            }
-        }
-        Some(gravity) if gravity.hole().is_none() => match integrator.for_spacetime(&gravity.spacetime) {
-            Ok(integrator) => return (name, Some(integrator)),
-            Err(why) => {
-                found.push(
-                    Diagnostic::error("unfit-integrator", format!("the integrator `{name}` cannot follow light here: it {why}"))
-                        .at(gravity.span, "in this spacetime")
-                        .help("leave `Integrator` out: the one that bhs chooses follows light in every spacetime"),
-                );
-                return (name, None);
-            }
-        },
-        _ => {}
+    let bends = gravity.filter(|g| !matches!(g.spacetime.class(), Class::Flat));
+    let Some(Gravity { span, spacetime, .. }) = bends else {
+        let name = if builder.is_curved() { "straight".to_owned() } else { name };
+        return (name, straight(registry), false);
+    };
+    if !builder.is_curved() {
+        let what = if matches!(spacetime.class(), Class::Spherical(_)) { "black hole" } else { "spacetime" };
+        found.push(
+            Diagnostic::warning("hole-ignored", format!("the integrator `{name}` ignores the {what}"))
+                .at(*span, "light passes it straight")
+                .help("choose another `Integrator` to see what bends it; without one, the scene gets one that bends light"),
+        );
     }
-    (name, Some(integrator))
+    match builder.build(&**spacetime) {
+        Ok(integrator) => (name, Some(integrator), builder.is_curved()),
+        Err(why) => {
+            found.push(
+                Diagnostic::error("unfit-integrator", format!("the integrator `{name}` cannot follow light here: it {why}"))
+                    .at(*span, "in this spacetime")
+                    .help("leave `Integrator` out: the one that bhs chooses follows light in every spacetime"),
+            );
+            (name, None, true)
+        }
+    }
+}
+
+/// The integrator of flat space.
+fn straight(registry: &Registry) -> Option<Box<dyn Integrator>> {
+    let plugin = registry.find::<dyn IntegratorBuilder>("straight")?;
+    let context = bare_context(&NoFiles, registry.spectra());
+    let params = Params::new(Spanned::new("straight".to_owned(), Span::default()), &[], context);
+    (plugin.build)(&params)?.build(&Minkowski::default()).ok()
 }
 
 /// The point of a triangle nearest to `p` (Ericson 2004, "Real-Time Collision Detection", section 5.1.5).

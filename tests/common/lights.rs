@@ -50,7 +50,7 @@ pub fn received(built: &BuiltScene, points: u64, mut irradiance: impl FnMut(DVec
             for i in 0..points {
                 let u = Vec2::new(((i as f64 + 0.5) / points as f64) as f32, random(i, 7 + u64::from(triangle)) as f32);
                 let (x, b) = sample_triangle(mesh.corners(triangle), u);
-                let observer = scene.integrator.observer(&scene.world, bhs_core::spacetime::Place::near(x)).expect("outside");
+                let observer = scene.observer(bhs_core::spacetime::Place::near(x)).expect("outside");
                 let normal = mesh.surface(triangle, b).normal;
                 let measure = area * observer.frame.area_factor(normal) / points as f64;
                 received[g] += irradiance(x, normal, &observer) * measure;

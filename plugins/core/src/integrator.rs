@@ -1,12 +1,10 @@
 //! How light travels: the contract of the integrators of light rays.
 
 use crate::intersector::Primitive;
-use crate::observer::Observer;
 use crate::spacetime::{Place, Side, Spacetime};
 use crate::world::World;
 use glam::{DVec2, DVec3};
 use std::ops::AddAssign;
-use std::sync::Arc;
 
 /// A ray of light followed from where it is seen towards where it comes from. Render space, chart direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -177,16 +175,8 @@ pub trait Connections: Send + Sync {
     fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost;
 }
 
-/// Follows light. One implementation, one plugin; any of them works in any scene.
+/// Follows light in the spacetime that it was built for, in any scene.
 pub trait Integrator: Send + Sync {
-    /// The same method for the rays of `spacetime`, if that is not flat space or the plain hole of [`World::hole`].
-    ///
-    /// # Errors
-    /// What kinds of spacetimes the method needs, if it cannot follow rays of this one.
-    fn for_spacetime(&self, _spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
-        Err("follows light around one uncharged hole that does not turn, or in flat space".to_owned())
-    }
-
     /// Follows each of `rays` and writes what became of it to its place in `ends`. What becomes of a ray does not depend on the others.
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]);
 
@@ -212,14 +202,21 @@ pub trait Integrator: Send + Sync {
         cost
     }
 
-    /// Who measures light at `place`: [`Observer::FLAT`] for an integrator that knows no gravity, the static observer
-    /// otherwise; `None` where there is none (inside the horizon).
-    fn observer(&self, world: &World, place: Place) -> Option<Observer>;
-
     /// The geodesics between two points, if this integrator can find them; where it cannot, light transport lives on
     /// emission found by chance.
     fn connections(&self) -> Option<&dyn Connections>;
+}
 
-    /// Whether light bends under this integrator if there is a hole.
-    fn is_curved(&self) -> bool;
+/// Makes integrators for spacetimes, as it was asked to in a scene. One implementation, one plugin.
+pub trait IntegratorBuilder: Send + Sync {
+    /// The integrator that follows light in `spacetime`.
+    ///
+    /// # Errors
+    /// What kinds of spacetimes the method needs, if it cannot follow rays of this one.
+    fn build(&self, spacetime: &dyn Spacetime) -> Result<Box<dyn Integrator>, String>;
+
+    /// Whether light bends under the method where there is something that bends it.
+    fn is_curved(&self) -> bool {
+        true
+    }
 }

@@ -9,7 +9,6 @@
 //! W m^-2 sr^-1 nm^-1. Frames: *chart* is the areal Schwarzschild chart drawn as Euclidean space, *local* is what the static
 //! observer at a point measures; *render space* is the chart moved so that the scene lies near the origin.
 
-pub mod blackhole;
 pub mod camera;
 pub mod clearance;
 mod clearance_instances;

@@ -160,7 +160,7 @@ impl Scene {
                 (LightSource::Surface { emitter: index as u32, primitive, normal: s.0, uv: s.1 }, point, pdf)
             }
         };
-        let observer = self.integrator.observer(&self.world, point)?;
+        let observer = self.world.static_observer(point)?;
         Some(LightSample { source, point: point.x, side: point.side, pdf, observer })
     }
 

@@ -6,7 +6,6 @@ use crate::integrator::{Integrator, Ray, SurfaceHit};
 use crate::light::{Emission, Light};
 use crate::light_sampling::Emitter;
 use crate::material::{Material, Shading};
-use crate::motion::Motion;
 use crate::observer::Observer;
 use crate::sampling::Discrete;
 use crate::spacetime::{Place, Side};
@@ -165,7 +164,7 @@ impl Scene {
     /// The vertex at `hit` of a path with the wavelengths `lambda` at E = 1; `None` where there is no static observer.
     #[inline]
     pub fn vertex(&self, hit: SurfaceHit, lambda: &SampledWavelengths) -> Option<Vertex<'_>> {
-        let observer = self.integrator.observer(&self.world, self.world.place_of(&hit))?;
+        let observer = self.world.static_observer(self.world.place_of(&hit))?;
         let surface = self.world.surface(&hit);
         let binding = &self.shapes[hit.geometry as usize];
         let ratio = observer.ratio(hit.direction);
@@ -200,20 +199,13 @@ impl Scene {
     /// Whether light bends in this scene.
     #[inline]
     pub fn bends(&self) -> bool {
-        (self.world.hole.is_some_and(|h| h.rs > 0.0) || self.world.spacetime.is_some()) && self.integrator.is_curved()
+        self.world.bends()
     }
 
     /// The static observer at `place` (render space); `None` where nothing can stand still.
     #[inline]
     pub fn observer(&self, place: Place) -> Option<Observer> {
-        self.integrator.observer(&self.world, place)
-    }
-
-    /// The observer who moves as `motion` says at `place` (render space), where `at_rest` is the static one.
-    #[cold]
-    fn moving_observer(&self, motion: &dyn Motion, place: Place, at_rest: Option<Observer>) -> Option<Observer> {
-        // Space is flat for an integrator that knows no gravity.
-        if self.bends() { self.world.moving_observer(motion, place, at_rest) } else { motion.observer(None, place, at_rest) }
+        self.world.static_observer(place)
     }
 
     /// The ray along which an observer at `viewpoint` sees what `seen` shows, and the wavelength of its light there over that at E = 1; `None`, and
@@ -223,7 +215,7 @@ impl Scene {
         let side = viewpoint.side;
         let mut observer = self.observer(Place { x: seen.origin, side });
         if let Some(motion) = &viewpoint.motion {
-            observer = self.moving_observer(motion.as_ref(), Place { x: seen.origin, side }, observer);
+            observer = self.world.moving_observer(motion.as_ref(), Place { x: seen.origin, side }, observer);
         }
         let (direction, ratio) = match &observer {
             Some(observer) => {

@@ -8,6 +8,7 @@
 //! Light has a conserved energy, which is 1. *Chart* vectors are coordinates, *local* ones are what the static observer measures; a symmetric
 //! root of `gamma` turns the one into the other. Units: G = c = 1, lengths in scene units.
 
+use crate::dual::Dual;
 use crate::lanes::{Lanes, Vectors};
 use glam::{DMat3, DVec3};
 use std::fmt::Debug;
@@ -135,6 +136,45 @@ pub enum Class<'a> {
     General(&'a dyn Metric),
 }
 
+/// Flat space, or two of them that are not connected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Minkowski {
+    /// Whether there is a far side, to which no light comes: what a wormhole without a throat leaves.
+    pub far_side: bool,
+}
+
+impl Spacetime for Minkowski {
+    fn at(&self, place: Place) -> Option<Stationary> {
+        (place.side == Side::Near || self.far_side).then_some(Stationary::FLAT)
+    }
+
+    fn captures(&self) -> Vec<Ball> {
+        Vec::new()
+    }
+
+    fn class(&self) -> Class<'_> {
+        Class::Flat
+    }
+
+    fn metric(&self) -> &dyn Metric {
+        self
+    }
+
+    fn has_far_side(&self) -> bool {
+        self.far_side
+    }
+
+    fn moved(&self, _: DVec3) -> Arc<dyn Spacetime> {
+        Arc::new(*self)
+    }
+}
+
+impl Metric for Minkowski {
+    fn fields(&self, _: [Dual; 3]) -> Fields {
+        Fields::isotropic(Dual::constant(1.0), Dual::constant(1.0))
+    }
+}
+
 /// A round hole in the areal chart: `N^2 = 1 - rs/r + q^2/r^2`, `gamma = 1 + (1/N^2 - 1) e_r e_r`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spherical {
@@ -181,7 +221,7 @@ impl Spacetime for Spherical {
     }
 
     fn class(&self) -> Class<'_> {
-        Class::Spherical(*self)
+        if self.rs == 0.0 && self.charge_squared == 0.0 { Class::Flat } else { Class::Spherical(*self) }
     }
 
     fn metric(&self) -> &dyn Metric {

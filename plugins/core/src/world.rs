@@ -1,13 +1,12 @@
-//! What light moves through: geometry, the intersector over it, and the hole. The part of a scene that integrators see.
+//! What light moves through: geometry, the intersector over it, and the spacetime. The part of a scene that integrators see.
 
-use crate::blackhole::BlackHole;
 use crate::clearance::Clearance;
 use crate::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
 use crate::integrator::{Ray, SurfaceHit};
 use crate::intersector::{Ends, Intersector, Primitive, PrimitiveHit};
 use crate::motion::Motion;
 use crate::observer::{Conventions, Observer};
-use crate::spacetime::{Place, Side, Spacetime, Spherical};
+use crate::spacetime::{Class, Minkowski, Place, Side, Spacetime};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -19,18 +18,15 @@ pub struct World {
     pub intersector: Box<dyn Intersector>,
     /// A box around all surfaces; empty without any.
     pub bounds: Aabb,
-    /// The hole, center in render space.
-    pub hole: Option<BlackHole>,
     /// World position of render space's origin.
     pub origin: DVec3,
     /// How far single precision may move a point of a surface (scene units).
     pub margin: f64,
-    /// The distance from the hole within which all surfaces lie (scene units); 0 without a hole or without surfaces.
-    pub reach: f64,
     /// The free space between the surfaces, if light bends: for chords that need not be asked about.
     pub clearance: Option<Clearance>,
-    /// What bends light where that is not `hole`, in coordinates of render space; `None` in flat space and around the plain hole.
-    pub spacetime: Option<Arc<dyn Spacetime>>,
+    /// What light moves through, in coordinates of render space.
+    spacetime: Arc<dyn Spacetime>,
+    bends: bool,
     /// What the picture takes of nature.
     pub conventions: Conventions,
     /// The far side of a wormhole, if it has surfaces.
@@ -118,22 +114,39 @@ const STRAY: f64 = 1e-12;
 const LONG_WAY: f64 = 16.0;
 
 impl World {
-    /// Geometry with its intersector around `hole`, whose centre is in render space; `origin` is that space's own, in the world.
-    pub fn new(geometries: Vec<Geometry>, intersector: Box<dyn Intersector>, hole: Option<BlackHole>, origin: DVec3) -> Self {
+    /// Geometry with its intersector in flat space; `origin` is that of render space, in the world.
+    pub fn new(geometries: Vec<Geometry>, intersector: Box<dyn Intersector>, origin: DVec3) -> Self {
         let bounds = around(&geometries);
-        let clearance = hole.as_ref().filter(|h| h.rs > 0.0).and_then(|_| Clearance::new(&geometries, &bounds));
         let margin = margin(&bounds);
-        let of_hole = |h: BlackHole| (bounds.min - h.center).abs().max((bounds.max - h.center).abs()).length();
-        let reach = if bounds.is_empty() { 0.0 } else { hole.map_or(0.0, of_hole) };
-        let conventions = hole.map_or(Conventions::NATURE, |h| h.conventions());
-        Self { geometries, intersector, bounds, hole, origin, margin, reach, clearance, spacetime: None, conventions, far: None }
+        let (spacetime, conventions) = (Arc::new(Minkowski::default()), Conventions::NATURE);
+        Self { geometries, intersector, bounds, origin, margin, clearance: None, spacetime, bends: false, conventions, far: None }
     }
 
-    /// The same surfaces in `spacetime`, which is in coordinates of render space, and neither flat space nor a plain hole.
+    /// The same surfaces in `spacetime`, which is in coordinates of render space.
     #[must_use]
     pub fn in_spacetime(self, spacetime: Arc<dyn Spacetime>, conventions: Conventions) -> Self {
-        let clearance = Clearance::new(&self.geometries, &self.bounds);
-        Self { spacetime: Some(spacetime), conventions, clearance, hole: None, ..self }
+        let bends = !matches!(spacetime.class(), Class::Flat);
+        let clearance = if bends { Clearance::new(&self.geometries, &self.bounds) } else { None };
+        Self { spacetime, bends, conventions, clearance, ..self }
+    }
+
+    /// What light moves through, in coordinates of render space.
+    #[inline]
+    pub fn spacetime(&self) -> &dyn Spacetime {
+        &*self.spacetime
+    }
+
+    /// Other surfaces in the same spacetime; those of the far side are gone.
+    #[must_use]
+    pub fn with_surfaces(self, geometries: Vec<Geometry>, intersector: Box<dyn Intersector>) -> Self {
+        let Self { origin, spacetime, conventions, .. } = self;
+        Self::new(geometries, intersector, origin).in_spacetime(spacetime, conventions)
+    }
+
+    /// Whether light bends: the spacetime is not flat.
+    #[inline]
+    pub fn bends(&self) -> bool {
+        self.bends
     }
 
     /// With the surfaces `geometries`, over which `intersector` is built, on the far side.
@@ -185,22 +198,15 @@ impl World {
     /// The observer at rest at `place`; `None` where nothing can stand still.
     #[inline]
     pub fn static_observer(&self, place: Place) -> Option<Observer> {
-        match (&self.hole, &self.spacetime) {
-            (Some(hole), _) => hole.observer(place.x),
-            (None, Some(spacetime)) => spacetime.at(place).map(|here| self.conventions.observer(&here)),
-            (None, None) => Some(Observer::FLAT),
+        if !self.bends {
+            return Some(Observer::FLAT);
         }
+        self.spacetime.at(place).map(|here| self.conventions.observer(&here))
     }
 
     /// The observer who moves as `motion` says at `place`, where `at_rest` is the static one.
     pub fn moving_observer(&self, motion: &dyn Motion, place: Place, at_rest: Option<Observer>) -> Option<Observer> {
-        match (&self.hole, &self.spacetime) {
-            (Some(BlackHole { center, rs, .. }), _) => {
-                let hole = Spherical { center: *center, rs: *rs, charge_squared: 0.0 };
-                motion.observer(Some(&hole), place, at_rest)
-            }
-            (None, spacetime) => motion.observer(spacetime.as_deref(), place, at_rest),
-        }
+        motion.observer(self.bends.then(|| self.spacetime()), place, at_rest)
     }
 
     /// Refines an intersector's answer in double precision: the point of the segment on the triangle's plane, or the

@@ -3,9 +3,8 @@
 //!
 //! `cargo bench -p bhs-integrators --bench connections`
 
-use bhs_core::blackhole::BlackHole;
-use bhs_core::observer::FrameConvention;
-use bhs_integrators::connect::{connect, connect_pair, connect_pairs, spread_of};
+use bhs_core::spacetime::Spherical;
+use bhs_integrators::spherical::connect::{connect, connect_pair, connect_pairs, spread_of};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use std::hint::black_box;
@@ -13,7 +12,7 @@ use std::hint::black_box;
 /// Pairs of one measurement: too many for the processor to learn their branches.
 const PAIRS: usize = 4096;
 
-fn points() -> (BlackHole, Vec<(DVec3, DVec3)>) {
+fn points() -> (Spherical, Vec<(DVec3, DVec3)>) {
     let center = DVec3::new(0.1, 0.2, 0.3);
     // Halton points: bases 2, 3, 5 for the one end, 7, 11, 13 for the other.
     let halton = |mut i: usize, base: usize| {
@@ -30,7 +29,7 @@ fn points() -> (BlackHole, Vec<(DVec3, DVec3)>) {
         let s = (1.0 - z * z).sqrt();
         center + DVec3::new(s * phi.cos(), s * phi.sin(), z) * (0.3 * 20f64.powf(halton(i, c)))
     };
-    let hole = BlackHole { center, rs: 0.1, redshift: true, radiance_shift: true, frame: FrameConvention::Static };
+    let hole = Spherical { center, rs: 0.1, charge_squared: 0.0 };
     (hole, (1..=PAIRS).map(|i| (point(i, [2, 3, 5]), point(i, [7, 11, 13]))).collect())
 }
 

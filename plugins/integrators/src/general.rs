@@ -28,16 +28,14 @@ pub use path::{Advance, Fate, Paths, Surroundings};
 use crate::tolerance::Tolerance;
 use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
-use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
-use bhs_core::observer::Observer;
+use bhs_core::integrator::{Connections, Integrator, IntegratorBuilder, Ray, RayEnd};
 use bhs_core::params::Params;
-use bhs_core::spacetime::{Place, Spacetime};
+use bhs_core::spacetime::Spacetime;
 use bhs_core::world::World;
 use glam::DVec3;
-use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
-pub const PLUGIN: Plugin<dyn Integrator> =
+pub const PLUGIN: Plugin<dyn IntegratorBuilder> =
     Plugin { name: "general", summary: "light in any spacetime by Hamilton's equations", build };
 
 /// Light in any spacetime by Hamilton's equations.
@@ -51,17 +49,19 @@ impl General {
     }
 }
 
-fn build(p: &Params) -> Option<Box<dyn Integrator>> {
+fn build(p: &Params) -> Option<Box<dyn IntegratorBuilder>> {
     let tolerance = Tolerance::read(p);
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
     Some(Box::new(General::new(tolerance, max_steps as u64)))
 }
 
-impl Integrator for General {
-    fn for_spacetime(&self, _: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+impl IntegratorBuilder for General {
+    fn build(&self, _: &dyn Spacetime) -> Result<Box<dyn Integrator>, String> {
         Ok(Box::new(*self))
     }
+}
 
+impl Integrator for General {
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.0.trace_all(world, rays, ends);
     }
@@ -70,15 +70,7 @@ impl Integrator for General {
         self.0.polyline(world, ray)
     }
 
-    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
-        world.static_observer(place)
-    }
-
     fn connections(&self) -> Option<&dyn Connections> {
         None
-    }
-
-    fn is_curved(&self) -> bool {
-        true
     }
 }

@@ -1,59 +1,43 @@
 //! How light travels: the integrators of light rays. One file, one plugin.
 //!
-//! What the curved ones share: `orbit` (steps of an orbit and their dense output), `closed_form` and `taylor` (orbits), `chords`,
-//! `refine` and `resolve` (from steps to hits), `flight` (one ray from start to end), `packet` with `steps`,
-//! `packet_leaps` and `packet_hits` (several rays side by side), `connect` and `joined`
-//! (rays between two points), `connect_sky` (rays to a direction of the sky), `arithmetic`.
-//!
-//! `graded_index` follows the rays of refractive indices, `general` those of any metric by Hamilton's equations; both give curves as
-//! `tracing::arc` has them. `tracing` leads any such ray through a world of surfaces; `in_spacetime` is the integrators in spacetimes other than
-//! flat space and the plain hole.
+//! `tracer` knows which way of following rays belongs to which class of spacetimes: `spherical` orbits in planes, `graded_index` the rays of a
+//! refractive index, `general` those of any metric by Hamilton's equations. Each gives curves as `tracing::arc` has them, and `tracing` leads them
+//! through a world of surfaces. `arithmetic` is what they compute with.
 
+mod adaptive;
 pub mod arithmetic;
-pub mod connect;
-mod connect_lanes;
-pub mod connect_sky;
-mod connect_solve;
+mod exact;
 pub mod general;
 pub mod graded_index;
 mod micro_steps;
-mod schwarzschild_adaptive;
-mod schwarzschild_exact;
-mod schwarzschild_rk4;
+mod rk4;
 pub mod spherical;
 mod straight;
-pub mod tolerance;
+mod tolerance;
 mod tracer;
 pub mod tracing;
 
-pub use tolerance::Tolerance;
-
+pub use adaptive::Adaptive;
+pub use exact::Exact;
 pub use general::General;
-pub use schwarzschild_adaptive::Adaptive;
-pub use schwarzschild_exact::Exact;
-pub use schwarzschild_rk4::Rk4;
+pub use micro_steps::MicroSteps;
+pub use rk4::Rk4;
 pub use spherical::{closed_form, orbit, taylor};
 pub use straight::Straight;
+pub use tolerance::Tolerance;
 
 use bhs_core::Plugin;
-use bhs_core::integrator::Integrator;
+use bhs_core::integrator::IntegratorBuilder;
 
 /// All integrators, by name.
-pub const ALL: &[Plugin<dyn Integrator>] = &[
-    general::PLUGIN,
-    micro_steps::PLUGIN,
-    schwarzschild_adaptive::PLUGIN,
-    schwarzschild_exact::PLUGIN,
-    schwarzschild_rk4::PLUGIN,
-    straight::PLUGIN,
-];
+pub const ALL: &[Plugin<dyn IntegratorBuilder>] =
+    &[adaptive::PLUGIN, exact::PLUGIN, general::PLUGIN, micro_steps::PLUGIN, rk4::PLUGIN, straight::PLUGIN];
 
-/// Short names of some of them, and what they stand for.
-pub const SHORT_NAMES: &[(&str, &str)] =
-    &[("adaptive", "schwarzschild-adaptive"), ("exact", "schwarzschild-exact"), ("rk4", "schwarzschild-rk4")];
+/// Other names of some of them, under which they were known first, and what they stand for.
+pub const OTHER_NAMES: &[(&str, &str)] =
+    &[("schwarzschild-adaptive", "adaptive"), ("schwarzschild-exact", "exact"), ("schwarzschild-rk4", "rk4")];
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL],
-helpers: ["connect", "connect_lanes", "connect_sky", "connect_solve", "tolerance", "tracer"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["tolerance", "tracer"]);
 }

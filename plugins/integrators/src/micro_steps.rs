@@ -2,7 +2,7 @@
 //!
 //! Each step of the orbit is one straight segment, and each segment is put to the intersector: none is longer because nothing is near,
 //! and what a segment meets counts as it is, its point and its direction those of the chord. The baseline that everything else is
-//! measured against. The same as `schwarzschild-rk4` with `"string hits" "chord"`.
+//! measured against. The same as `rk4` with `"string hits" "chord"`.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
@@ -16,31 +16,90 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::schwarzschild_rk4::build_micro_steps;
+use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
 use crate::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, Stepper};
 use crate::straight::Straight;
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Cost, Integrator, Ray, RayEnd, SurfaceHit};
+use bhs_core::integrator::{Arrival, Connections, Cost, Integrator, IntegratorBuilder, Ray, RayEnd, SurfaceHit};
 use bhs_core::intersector::{Primitive, PrimitiveHit};
-use bhs_core::spacetime::Side;
+use bhs_core::params::Params;
+use bhs_core::spacetime::{Class, Side, Spacetime};
 use bhs_core::world::World;
 use glam::DVec3;
 
 /// The entry of this file in the crate's list.
-pub const PLUGIN: Plugin<dyn Integrator> = Plugin {
+pub const PLUGIN: Plugin<dyn IntegratorBuilder> = Plugin {
     name: "micro-steps",
     summary: "light around a Schwarzschild hole by straight micro-steps, as Aikawa, Zhou and Wang 2019",
-    build: build_micro_steps,
+    build: |p| Some(Box::new(MicroSteps::read(p))),
 };
+
+/// Light around a Schwarzschild hole by straight micro-steps.
+#[derive(Clone, Copy, Debug)]
+pub struct MicroSteps {
+    /// Angle swept by one step, in radians.
+    step: f64,
+    /// Steps after which a ray is given up.
+    max_steps: u64,
+    connections: SphericalConnections,
+}
+
+impl MicroSteps {
+    /// With steps of that angle (rad); gives up after so many.
+    pub fn new(step: f64, max_steps: u64) -> Self {
+        Self { step, max_steps, connections: SphericalConnections { turns: 1, chord: Chord::Angle(step) } }
+    }
+
+    /// With the parameters of a scene.
+    pub(crate) fn read(p: &Params) -> Self {
+        let (step, max_steps) = read_steps(p);
+        Self { connections: SphericalConnections { turns: read_turns(p), chord: Chord::Angle(step) }, step, max_steps }
+    }
+}
+
+/// The parameters `step` (rad) and `maxsteps`.
+pub(crate) fn read_steps(p: &Params) -> (f64, u64) {
+    let step = p.get_in("step", 0.1, 1e-6..=0.5, "rad", "angle swept by one step");
+    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
+    (step, max_steps as u64)
+}
+
+impl IntegratorBuilder for MicroSteps {
+    fn build(&self, spacetime: &dyn Spacetime) -> Result<Box<dyn Integrator>, String> {
+        match spacetime.class() {
+            Class::Flat => Ok(Box::new(Straight)),
+            Class::Spherical(hole) if hole.charge_squared == 0.0 => Ok(Box::new(*self)),
+            _ => Err("needs a spherical spacetime without charge, for its steps are those of a published method".to_owned()),
+        }
+    }
+}
+
+impl Integrator for MicroSteps {
+    fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        for (ray, end) in rays.iter().zip(ends) {
+            *end = follow(world, ray, self.step, self.max_steps, None);
+        }
+    }
+
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        let mut points = Vec::new();
+        let end = follow(world, ray, self.step, self.max_steps, Some(&mut points));
+        (end, points)
+    }
+
+    fn connections(&self) -> Option<&dyn Connections> {
+        Some(&self.connections)
+    }
+}
 
 /// How far a segment reaches beyond its end, relative to the coordinates there: as much as the single precision of meshes could tear
 /// neighbours apart.
 const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
 
 /// Follows `ray` by steps of the angle `step` (rad), at most `max_steps` of them; `watch` gets the points of its way.
-pub fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, mut watch: Option<&mut Vec<DVec3>>) -> RayEnd {
-    let Some(hole) = world.hole.as_ref().filter(|hole| hole.rs > 0.0) else {
+fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, mut watch: Option<&mut Vec<DVec3>>) -> RayEnd {
+    let Class::Spherical(hole) = world.spacetime().class() else {
         if let Some(watch) = watch {
             *watch = Straight.polyline(world, ray).1;
         }

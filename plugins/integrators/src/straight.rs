@@ -12,27 +12,32 @@
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
 use bhs_core::integrator::{
-    Arrival, Connection, ConnectionPair, Connections, Cost, Integrator, Ray, RayEnd, ShadowRay, SurfaceHit,
+    Arrival, Connection, ConnectionPair, Connections, Cost, Integrator, IntegratorBuilder, Ray, RayEnd, ShadowRay, SurfaceHit,
 };
 use bhs_core::intersector::{Ends, SHADOW_END};
-use bhs_core::observer::Observer;
 use bhs_core::spacetime::{Place, Side, Spacetime};
 use bhs_core::world::World;
 use glam::DVec3;
-use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
-pub const PLUGIN: Plugin<dyn Integrator> =
+pub const PLUGIN: Plugin<dyn IntegratorBuilder> =
     Plugin { name: "straight", summary: "straight lines, ignoring any hole", build: |_| Some(Box::new(Straight)) };
 
 /// Light in flat space.
+#[derive(Clone, Copy, Debug)]
 pub struct Straight;
 
-impl Integrator for Straight {
-    fn for_spacetime(&self, _: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+impl IntegratorBuilder for Straight {
+    fn build(&self, _: &dyn Spacetime) -> Result<Box<dyn Integrator>, String> {
         Ok(Box::new(Self))
     }
 
+    fn is_curved(&self) -> bool {
+        false
+    }
+}
+
+impl Integrator for Straight {
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         let cost = Cost { queries: 1, ..Cost::default() };
         for (ray, end) in rays.iter().zip(ends) {
@@ -57,16 +62,8 @@ impl Integrator for Straight {
         Cost { queries: rays.len() as u32, ..Cost::default() }
     }
 
-    fn observer(&self, _: &World, _: Place) -> Option<Observer> {
-        Some(Observer::FLAT)
-    }
-
     fn connections(&self) -> Option<&dyn Connections> {
         Some(self)
-    }
-
-    fn is_curved(&self) -> bool {
-        false
     }
 }
 

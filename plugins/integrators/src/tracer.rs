@@ -15,7 +15,7 @@ use arrayvec::ArrayVec;
 use bhs_core::integrator::{Integrator, Ray, RayEnd};
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::real::{Real, Vector};
-use bhs_core::spacetime::{Class, Side, Spacetime, Spherical};
+use bhs_core::spacetime::{Class, Side, Spacetime};
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -97,14 +97,7 @@ impl Tracer {
 
     /// Does `work` with what is told of `world`.
     fn with_setup<R>(&self, world: &World, work: impl FnOnce(&Setup<'_>) -> R) -> R {
-        match (&world.spacetime, world.hole.as_ref().filter(|h| h.rs > 0.0)) {
-            (Some(spacetime), _) => work(&self.method.setup(world, &**spacetime)),
-            (None, Some(hole)) => {
-                let plain = Spherical { center: hole.center, rs: hole.rs, charge_squared: 0.0 };
-                work(&self.method.setup(world, &plain))
-            }
-            (None, None) => work(&Setup::Straight),
-        }
+        work(&self.method.setup(world, world.spacetime()))
     }
 
     /// Follows up to [`LANES`] rays side by side.

@@ -6,11 +6,12 @@ mod cases;
 #[path = "connections/tracing.rs"]
 mod tracing;
 
-use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::Connection;
+use bhs_core::observer::Conventions;
+use bhs_core::spacetime::Spherical;
 use bhs_integrators::closed_form::ClosedForm;
-use bhs_integrators::connect::{MOST_IMAGES, connect, connect_pair, connect_pairs, join, swept_angle};
 use bhs_integrators::orbit::{OrbitPlane, State};
+use bhs_integrators::spherical::connect::{MOST_IMAGES, connect, connect_pair, connect_pairs, join, swept_angle};
 use glam::DVec3;
 use std::f64::consts::PI;
 use tracing::{ROUNDING, Random, follow, hole, pair, spread_in_space, trace};
@@ -22,7 +23,7 @@ fn launch_directions_lead_to_the_other_point() {
     let (mut worst, mut worst_turn, mut beyond) = ([0.0f64; 2], 0.0f64, 0);
     for _ in 0..n {
         let rs = random.log(1e-3, 1e3);
-        let hole = BlackHole { center: DVec3::ZERO, ..hole(rs) };
+        let hole = Spherical { center: DVec3::ZERO, ..hole(rs) };
         let (r1, r2, theta) = (rs * random.radius(), rs * random.radius(), random.angle());
         let (x, y) = pair(&mut random, hole.center, r1, r2, theta);
         let both = connect_pair(&hole, x, y, 0);
@@ -173,7 +174,8 @@ fn etendue_is_the_same_at_both_ends() {
     let mut worst = 0.0f64;
     // Local area across the bundle at y per local solid angle at x, times f(x).
     let etendue = |x: DVec3, y: DVec3, c: &Connection| {
-        let (at_x, at_y) = (hole.observer(x).unwrap(), hole.observer(y).unwrap().frame);
+        let observer = |x| Conventions::NATURE.observer(&hole.at(x).expect("outside"));
+        let (at_x, at_y) = (observer(x), observer(y).frame);
         let cos = at_y.local_normal(c.arrival).dot(at_y.local_direction(c.arrival));
         let area = c.spread * at_y.area_factor(c.arrival) * cos;
         area / at_x.solid_angle_factor(c.launch) * at_x.clock_rate() * at_x.clock_rate()

@@ -30,7 +30,7 @@ fn surface(integrator: &dyn Integrator, world: &World, ray: &Ray) -> Option<Surf
 /// Where the orbit of `ray` first passes through zero of `side`, found without chords: on points of the closed form, close
 /// together, then by bisection. Also the direction there.
 fn first_crossing(world: &World, ray: &Ray, side: impl Fn(DVec3) -> f64) -> Option<(DVec3, DVec3)> {
-    let hole = world.hole.unwrap();
+    let hole = common::hole_of(world);
     let (plane, start) = OrbitPlane::of_ray(hole.center, ray.origin, ray.direction);
     let form = ClosedForm::new(hole.rs, start.u, start.du);
     let state = |phi: f64| {
@@ -140,7 +140,7 @@ fn chords_stray_from_the_orbit_by_no_more_than_the_tolerance() {
         if (ray.origin - center).length() < 1.001 * rs {
             continue;
         }
-        let reach = empty.reach;
+        let reach = (empty.bounds.min - center).abs().max((empty.bounds.max - center).abs()).length();
         let (plane, start) = OrbitPlane::of_ray(center, ray.origin, ray.direction);
         let form = ClosedForm::new(rs, start.u, start.du);
         if form.epsilon().abs() < 1e-9 {

@@ -6,7 +6,7 @@ use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::world::World;
 use bhs_integrators::Tolerance;
-use bhs_integrators::{Exact, Rk4};
+use bhs_integrators::{Exact, MicroSteps};
 use common::{Dice, ball, mesh, room, world};
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ const CENTER: DVec3 = DVec3::new(0.1, -0.2, 0.3);
 /// Root mean square of the distances between hits with the given step and the true ones, of rays that start well away from `surface`.
 fn error(world: &World, step: f64, rays: &[Ray]) -> f64 {
     let exact = Exact::new(Tolerance::Absolute(1e-9), 100_000);
-    let chords = Rk4::micro_steps(step, 100_000);
+    let chords = MicroSteps::new(step, 100_000);
     let (mut sum, mut count) = (0.0, 0);
     for ray in rays {
         let [true_end, found] = [&exact as &dyn Integrator, &chords].map(|i| i.trace(world, ray).arrival);
@@ -67,7 +67,7 @@ fn hits_on_a_sphere_converge_with_order_two() {
 fn every_step_is_a_question() {
     let world = world(vec![room(DVec3::splat(-1.0), DVec3::splat(1.0))], CENTER, 0.1);
     for ray in rays(200) {
-        let cost = Rk4::micro_steps(0.02, 100_000).trace(&world, &ray).cost;
+        let cost = MicroSteps::new(0.02, 100_000).trace(&world, &ray).cost;
         assert_eq!(cost.queries, cost.steps);
         assert_eq!((cost.leaps, cost.chords_skipped), (0, 0));
     }
@@ -78,7 +78,7 @@ fn light_that_leaves_and_light_that_falls_in_ends_as_it_should() {
     // A wall far behind the rays: none of these meets it.
     let corners = [DVec3::new(-5.0, -5.0, -90.0), DVec3::new(5.0, -5.0, -90.0), DVec3::new(0.0, 5.0, -90.0)];
     let world = world(vec![mesh(&[corners])], DVec3::ZERO, 0.1);
-    let chords = Rk4::micro_steps(0.01, 100_000);
+    let chords = MicroSteps::new(0.01, 100_000);
     let exact = Exact::new(Tolerance::Absolute(1e-9), 100_000);
     let (mut fallen, mut escaped) = (0, 0);
     for i in 0..100 {

@@ -6,21 +6,22 @@ mod empty;
 #[allow(dead_code)]
 mod tracing;
 
-use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::Geometry;
 use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::spacetime::Spherical;
 use bhs_core::world::World;
 use bhs_integrators::Exact;
 use bhs_integrators::Tolerance;
-use bhs_integrators::connect::connect;
-use bhs_integrators::connect_sky::{connect_sky, spread_sky};
+use bhs_integrators::spherical::connect::connect;
+use bhs_integrators::spherical::connect::sky::{connect_sky, spread_sky};
 use empty::Empty;
 use glam::DVec3;
 use tracing::{Random, hole, pair};
 
 /// Where the ray from `x` along `launch` leaves, and the angle that it sweeps.
-fn traced(hole: &BlackHole, x: DVec3, launch: DVec3) -> Option<(DVec3, f64)> {
-    let world = World::new(Vec::<Geometry>::new(), Box::new(Empty), Some(*hole), DVec3::ZERO);
+fn traced(hole: &Spherical, x: DVec3, launch: DVec3) -> Option<(DVec3, f64)> {
+    let world = World::new(Vec::<Geometry>::new(), Box::new(Empty), DVec3::ZERO)
+        .in_spacetime(std::sync::Arc::new(*hole), bhs_core::observer::Conventions::NATURE);
     let end = Exact::new(Tolerance::Absolute(1e-9), 1_000_000).trace(&world, &Ray::new(x, launch));
     match end.arrival {
         Arrival::Sky(direction, _) => Some((direction, end.swept)),

@@ -15,11 +15,12 @@ mod sights;
 #[path = "spacetimes/thin.rs"]
 mod thin;
 
-use bhs_core::integrator::{Arrival, Integrator, Ray};
-use bhs_core::spacetime::{Class, Spacetime};
+use bhs_core::integrator::{Arrival, Integrator, IntegratorBuilder, Ray};
+use bhs_core::observer::Conventions;
+use bhs_core::spacetime::{Class, Spacetime, Spherical};
 use bhs_core::world::World;
 use bhs_integrators::Tolerance;
-use bhs_integrators::{Adaptive, Exact, General, Rk4, Straight};
+use bhs_integrators::{Adaptive, Exact, General, MicroSteps, Rk4, Straight};
 use common::{Dice, on_all_processors};
 use glam::DVec3;
 use rooms::{outcome, ray, spacetimes, trace, world};
@@ -29,11 +30,11 @@ use std::sync::Arc;
 const STEPS: u64 = 100_000;
 
 fn adaptive(tolerance: f64, spacetime: &Arc<dyn Spacetime>) -> Box<dyn Integrator> {
-    Adaptive::new(Tolerance::Absolute(tolerance), STEPS).for_spacetime(spacetime).expect("it follows all")
+    Adaptive::new(Tolerance::Absolute(tolerance), STEPS).build(&**spacetime).expect("it follows all")
 }
 
 fn rk4(step: f64, spacetime: &Arc<dyn Spacetime>) -> Box<dyn Integrator> {
-    Rk4::new(step, STEPS).for_spacetime(spacetime).expect("it follows these")
+    Rk4::new(step, STEPS).build(&**spacetime).expect("it follows these")
 }
 
 /// Rays a spacetime; `BHS_GEODESICS` asks for more.
@@ -246,7 +247,7 @@ fn nothing_that_bends_is_straight() {
                 adaptive(1e-3, &none),
                 rk4(0.1, &none),
                 general(1e-3)(&none),
-                Exact::new(Tolerance::DEFAULT, STEPS).for_spacetime(&none).expect("flat space is no trouble"),
+                Exact::new(Tolerance::DEFAULT, STEPS).build(&*none).expect("flat space is no trouble"),
             ];
             for method in methods {
                 assert_eq!(trace(&*method, &world, &ray).0, right);
@@ -275,10 +276,8 @@ fn plain_holes_are_metrics_too() {
     let (exact, general) = (Exact::new(Tolerance::Absolute(1e-7), STEPS), General::new(Tolerance::Absolute(1e-7), STEPS));
     let mut sum = Tally::default();
     for _ in 0..4 {
-        let hole = common::world(Vec::new(), rooms::CENTER, 0.2).hole;
-        let mut world = world(&mut dice, &spacetimes()[3].1);
-        (world.spacetime, world.hole) = (None, hole);
-        world.reach = 4.0;
+        let hole = Spherical { center: rooms::CENTER, rs: 0.2, charge_squared: 0.0 };
+        let world = world(&mut dice, &spacetimes()[3].1).in_spacetime(Arc::new(hole), Conventions::NATURE);
         for _ in 0..20 {
             let ray = ray_around(&mut dice);
             sum += compare(&world, &ray, &general, &exact, 2e-6);
@@ -296,15 +295,15 @@ fn ray_around(dice: &mut Dice) -> Ray {
 #[test]
 fn who_cannot_follow_says_what_is_needed() {
     for (name, spacetime) in spacetimes() {
-        for method in [&Exact::new(Tolerance::DEFAULT, STEPS) as &dyn Integrator, &Rk4::micro_steps(0.1, STEPS)] {
-            let said = method.for_spacetime(&spacetime).err().expect(name);
+        for method in [&Exact::new(Tolerance::DEFAULT, STEPS) as &dyn IntegratorBuilder, &MicroSteps::new(0.1, STEPS)] {
+            let said = method.build(&*spacetime).err().expect(name);
             assert!(said.contains("needs a spherical spacetime without charge"), "{said}");
         }
     }
     let kerr: Arc<dyn Spacetime> = Arc::new(common_kerr::Kerr(0.9));
-    let said = Rk4::new(0.1, STEPS).for_spacetime(&kerr).err().expect("it has no way");
+    let said = Rk4::new(0.1, STEPS).build(&*kerr).err().expect("it has no way");
     assert!(said.contains("refractive index"), "{said}");
-    assert!(Adaptive::new(Tolerance::DEFAULT, STEPS).for_spacetime(&kerr).is_ok());
+    assert!(Adaptive::new(Tolerance::DEFAULT, STEPS).build(&*kerr).is_ok());
 }
 
 #[path = "common/kerr.rs"]

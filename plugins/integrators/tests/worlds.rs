@@ -6,8 +6,9 @@ mod common;
 #[path = "worlds/random.rs"]
 mod random;
 
-use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::{Arrival, Integrator, Ray, RayEnd, ShadowRay};
+use bhs_core::observer::Conventions;
+use bhs_core::spacetime::Spherical;
 use bhs_core::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::closed_form::ClosedForm;
@@ -18,6 +19,7 @@ use glam::DVec3;
 use random::{Case, End, RayKind};
 use std::f64::consts::TAU;
 use std::ops::AddAssign;
+use std::sync::Arc;
 
 fn trace(integrator: &dyn Integrator, world: &World, ray: &Ray) -> End {
     checked(ray, integrator.trace(world, ray))
@@ -105,7 +107,7 @@ fn beside_orbit(plane: &OrbitPlane, form: &ClosedForm, point: DVec3, phi: f64) -
 /// Forty rays through the world number `number`.
 fn compare_integrators(number: u64) -> Tally {
     let (case, mut dice) = Case::new(number);
-    let (world, hole) = (&case.world, case.world.hole.unwrap());
+    let (world, hole) = (&case.world, common::hole_of(&case.world));
     let tolerance = 1e-4 * case.scale;
     let exact = Exact::new(Tolerance::Absolute(tolerance), 4000);
     let adaptive = Adaptive::new(Tolerance::Absolute(tolerance), 4000);
@@ -282,8 +284,8 @@ fn odd_rays_end_too() {
 fn a_hole_without_size_is_none() {
     let mut dice = Dice(5);
     let case = Case::sized(&mut dice, DVec3::ZERO, 1.0);
-    let mut flat = case.world;
-    flat.hole = flat.hole.map(|h| BlackHole { rs: 0.0, ..h });
+    let none = Spherical { rs: 0.0, ..common::hole_of(&case.world) };
+    let flat = case.world.in_spacetime(Arc::new(none), Conventions::NATURE);
     for _ in 0..200 {
         let ray = Ray::new(dice.point(1.0), dice.direction());
         let straight = Straight.trace(&flat, &ray).arrival;
@@ -300,7 +302,8 @@ fn a_hole_without_size_is_none() {
 fn a_tiny_hole_changes_nothing_visible() {
     let mut dice = Dice(6);
     let mut case = Case::sized(&mut dice, DVec3::ZERO, 1.0);
-    case.world.hole = case.world.hole.map(|h| BlackHole { rs: 1e-12, ..h });
+    let tiny = Spherical { rs: 1e-12, ..common::hole_of(&case.world) };
+    case.world = case.world.in_spacetime(Arc::new(tiny), Conventions::NATURE);
     let tiny = &case.world;
     for _ in 0..500 {
         let ray = Ray::new(dice.point(1.0), dice.direction());

@@ -16,11 +16,11 @@ mod reissner_nordstrom;
 mod round;
 mod schwarzschild;
 
+pub use bhs_core::spacetime::Minkowski;
 pub use dneg::Dneg;
 pub use ellis::Ellis;
 pub use kerr::Kerr;
 pub use majumdar_papapetrou::{Hole, MajumdarPapapetrou};
-pub use minkowski::Minkowski;
 
 use bhs_core::Plugin;
 use bhs_core::spacetime::Spacetime;

@@ -64,7 +64,7 @@ impl Connections for GradedConnections {
     }
 
     fn connect_all(&self, world: &World, pairs: &[[Place; 2]], found: &mut [&mut [ConnectionPair]]) {
-        let setting = world.spacetime.as_deref().and_then(Setting::of);
+        let setting = Setting::of(world.spacetime());
         for (k, pair) in pairs.iter().enumerate() {
             // All images are found together: one of them may turn out to be another.
             let images = setting.as_ref().map_or_else(Vec::new, |s| s.find_all(*pair, self.images(), Setting::way));
@@ -76,7 +76,7 @@ impl Connections for GradedConnections {
     }
 
     fn spread(&self, world: &World, x: Place, launch: DVec3, y: Place, phi: f64) -> Option<f64> {
-        let setting = Setting::of(&**world.spacetime.as_ref()?)?;
+        let setting = Setting::of(world.spacetime())?;
         if !setting.joins(x, y) {
             return None;
         }
@@ -91,7 +91,7 @@ impl Connections for GradedConnections {
     }
 
     fn connect_sky(&self, world: &World, x: Place, sky: (DVec3, Side), turn: u32) -> ConnectionPair {
-        let Some(setting) = world.spacetime.as_deref().and_then(Setting::of) else { return [None; 2] };
+        let Some(setting) = Setting::of(world.spacetime()) else { return [None; 2] };
         let y = setting.sky(x, sky);
         let first = 2 * turn as usize;
         let images = setting.find_all([x, y], first + 2, Setting::way_out);
@@ -101,7 +101,7 @@ impl Connections for GradedConnections {
     }
 
     fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), _: f64) -> Option<f64> {
-        let setting = Setting::of(&**world.spacetime.as_ref()?)?;
+        let setting = Setting::of(world.spacetime())?;
         let y = setting.sky(x, sky);
         if !setting.joins(x, y) {
             return None;
@@ -117,15 +117,11 @@ impl Connections for GradedConnections {
     }
 
     fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost {
-        let index = world.spacetime.as_deref().and_then(|spacetime| match spacetime.class() {
-            Class::Index(index) => Some((spacetime, index)),
-            _ => None,
-        });
-        let Some((spacetime, index)) = index else {
+        let Class::Index(index) = world.spacetime().class() else {
             occluded.fill(true);
             return Cost::default();
         };
-        let setting = course::Setting::new(world, spacetime, index);
+        let setting = course::Setting::new(world, world.spacetime(), index);
         let end = |ray: &ShadowRay| (ray.connection.phi, setting.extent.distance(self.tolerance, ray.start.footprint));
         occluded_in(&setting, world, shadow_rays, end, occluded)
     }

@@ -15,9 +15,8 @@ use bhs_core::world::World;
 ///
 /// Makes what is told of the world anew: [`occluded_in`] is for several.
 pub fn reaches(world: &World, shadow_ray: &ShadowRay, sigma_end: f64, tolerance: f64) -> bool {
-    let Some(spacetime) = world.spacetime.as_deref() else { return false };
-    let Class::Index(index) = spacetime.class() else { return false };
-    let setting = Setting::new(world, spacetime, index);
+    let Class::Index(index) = world.spacetime().class() else { return false };
+    let setting = Setting::new(world, world.spacetime(), index);
     let mut occluded = [true];
     occluded_in(&setting, world, std::slice::from_ref(shadow_ray), |_| (sigma_end, tolerance), &mut occluded);
     !occluded[0]

@@ -4,9 +4,9 @@
 //! their way is found by the same chords as for any ray. The orbit between the ends is a Taylor series: it only has to be as
 //! precise as the chords, and its points cost a tenth of those of the closed form.
 
-use crate::connect::{MOST_IMAGES, connect_pair, connect_pairs, spread_of};
-use crate::connect_sky::{connect_sky, spread_sky};
 use crate::spherical::arc::gap_of_angle;
+use crate::spherical::connect::sky::{connect_sky, spread_sky};
+use crate::spherical::connect::{MOST_IMAGES, connect_pair, connect_pairs, spread_of};
 use crate::spherical::course::Setting;
 use crate::straight::Straight;
 use crate::tolerance::Tolerance;
@@ -14,12 +14,11 @@ use crate::tracing::driver::Start;
 use crate::tracing::extent::Extent;
 use crate::tracing::shadow;
 use arrayvec::ArrayVec;
-use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::{ConnectionPair, Connections, Cost, ShadowRay};
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::params::Params;
 use bhs_core::real::Vector;
-use bhs_core::spacetime::{Place, Side, Spherical};
+use bhs_core::spacetime::{Class, Place, Side, Spherical};
 use bhs_core::world::World;
 use glam::DVec3;
 
@@ -48,8 +47,11 @@ pub fn read_turns(p: &Params) -> u32 {
     windings as u32 + 1
 }
 
-fn hole(world: &World) -> Option<&BlackHole> {
-    world.hole.as_ref().filter(|h| h.rs > 0.0)
+fn hole(world: &World) -> Option<Spherical> {
+    match world.spacetime().class() {
+        Class::Spherical(hole) if hole.charge_squared == 0.0 => Some(hole),
+        _ => None,
+    }
 }
 
 impl Connections for SphericalConnections {
@@ -59,7 +61,7 @@ impl Connections for SphericalConnections {
 
     fn connect(&self, world: &World, x: Place, y: Place, turn: u32) -> ConnectionPair {
         match hole(world) {
-            Some(hole) => connect_pair(hole, x.x, y.x, turn),
+            Some(hole) => connect_pair(&hole, x.x, y.x, turn),
             None => Straight.connect(world, x, y, turn),
         }
     }
@@ -67,27 +69,27 @@ impl Connections for SphericalConnections {
     fn connect_all(&self, world: &World, pairs: &[[Place; 2]], found: &mut [&mut [ConnectionPair]]) {
         let Some(hole) = hole(world) else { return Straight.connect_all(world, pairs, found) };
         for (turn, found) in (0..).zip(found) {
-            connect_pairs(hole, pairs, turn, found);
+            connect_pairs(&hole, pairs, turn, found);
         }
     }
 
     fn spread(&self, world: &World, x: Place, launch: DVec3, y: Place, phi: f64) -> Option<f64> {
         match hole(world) {
-            Some(hole) => spread_of(hole, x.x, launch, y.x, phi, 2 * self.turns),
+            Some(hole) => spread_of(&hole, x.x, launch, y.x, phi, 2 * self.turns),
             None => Straight.spread(world, x, launch, y, phi),
         }
     }
 
     fn connect_sky(&self, world: &World, x: Place, sky: (DVec3, Side), turn: u32) -> ConnectionPair {
         match hole(world) {
-            Some(hole) => connect_sky(hole, x.x, sky.0, turn),
+            Some(hole) => connect_sky(&hole, x.x, sky.0, turn),
             None => Straight.connect_sky(world, x, sky, turn),
         }
     }
 
     fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), phi: f64) -> Option<f64> {
         match hole(world) {
-            Some(hole) => spread_sky(hole, x.x, launch, sky.0, phi, 2 * self.turns),
+            Some(hole) => spread_sky(&hole, x.x, launch, sky.0, phi, 2 * self.turns),
             None => Straight.spread_sky(world, x, launch, sky, phi),
         }
     }
@@ -95,11 +97,10 @@ impl Connections for SphericalConnections {
     fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost {
         let Some(hole) = hole(world) else { return Straight.occluded_all(world, shadow_rays, occluded) };
         let extent = Extent::of(world);
-        let plain = Spherical { center: hole.center, rs: hole.rs, charge_squared: 0.0 };
-        let setting = Setting::new(&plain, extent.around(hole.center));
+        let setting = Setting::new(&hole, extent.around(hole.center));
         let mut cost = Cost::default();
         for (rays, occluded) in shadow_rays.chunks(LANES).zip(occluded.chunks_mut(LANES)) {
-            let start = |ray: &ShadowRay| shadow::start(ray, limit(hole, ray), self.gap(&extent, hole, ray));
+            let start = |ray: &ShadowRay| shadow::start(ray, limit(&hole, ray), self.gap(&extent, &hole, ray));
             let starts: ArrayVec<Start, LANES> = rays.iter().map(start).collect();
             // Lanes without a ray repeat the last one.
             let ray = |i: usize| &rays[i.min(rays.len() - 1)];
@@ -113,7 +114,7 @@ impl Connections for SphericalConnections {
 
 impl SphericalConnections {
     /// How far the chords of a shadow ray may stray from it (scene units).
-    fn gap(&self, extent: &Extent, hole: &BlackHole, ray: &ShadowRay) -> f64 {
+    fn gap(&self, extent: &Extent, hole: &Spherical, ray: &ShadowRay) -> f64 {
         match self.chord {
             Chord::Angle(angle) => gap_of_angle(hole.rs, angle),
             Chord::Tolerance(t) => extent.distance(t, ray.start.footprint),
@@ -122,7 +123,7 @@ impl SphericalConnections {
 }
 
 /// The angle after which a shadow ray ends, just before its end: by d phi/d s = sin(beta)/r.
-fn limit(hole: &BlackHole, ray: &ShadowRay) -> f64 {
+fn limit(hole: &Spherical, ray: &ShadowRay) -> f64 {
     let from_center = ray.to.x - hole.center;
     let r = from_center.length();
     let sin = ray.connection.arrival.cross(from_center).length() / r;

@@ -2,10 +2,11 @@
 //!
 //! `orbit` has the plane, the equation and fixed steps, `taylor` and `steps` long steps with error control, of one ray or of eight side by side,
 //! `closed_form` an orbit without charge at any angle at once. These know no surfaces. `arc` makes curves of stretches of orbits; `course` leads
-//! orbits along them, `exact` those in closed form. `connections` offers the rays between two points.
+//! orbits along them, `exact` those in closed form. `connect` finds the rays between two points, `connections` offers them for light sampling.
 
 pub mod arc;
 pub mod closed_form;
+pub mod connect;
 pub mod connections;
 pub mod course;
 pub mod exact;

@@ -1,10 +1,10 @@
 //! What the tests of this crate share: random numbers, and small worlds over the reference intersector.
 #![allow(dead_code, reason = "every test file is a crate of its own and uses its part")]
 
-use bhs_core::blackhole::BlackHole;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, SurfaceGeometry, TriangleMesh};
 use bhs_core::intersector::IntersectorBuilder;
-use bhs_core::observer::FrameConvention;
+use bhs_core::observer::Conventions;
+use bhs_core::spacetime::{Class, Spherical};
 use bhs_core::world::World;
 use bhs_intersectors::reference::Reference;
 use glam::{DVec3, Vec2};
@@ -114,9 +114,17 @@ impl Analytic for Ball {
 
 /// A world of these surfaces with a hole at `center`.
 pub fn world(geometries: Vec<Geometry>, center: DVec3, rs: f64) -> World {
-    let hole = BlackHole { center, rs, redshift: true, radiance_shift: true, frame: FrameConvention::Static };
+    let hole = Spherical { center, rs, charge_squared: 0.0 };
     let intersector = Reference.build(&geometries).expect("the meshes are sound");
-    World::new(geometries, intersector, Some(hole), DVec3::ZERO)
+    World::new(geometries, intersector, DVec3::ZERO).in_spacetime(Arc::new(hole), Conventions::NATURE)
+}
+
+/// The hole of a world that has one.
+pub fn hole_of(world: &World) -> Spherical {
+    match world.spacetime().class() {
+        Class::Spherical(hole) => hole,
+        other => panic!("no hole: {other:?}"),
+    }
 }
 
 /// A mesh of triangles, each with its own corners.

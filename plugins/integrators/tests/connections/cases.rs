@@ -1,7 +1,7 @@
 //! The cases that lie at the edge: antipodes, radii, neighbours, the photon sphere, flat space, nothing.
 
 use crate::tracing::{CENTER, Random, hole, pair};
-use bhs_integrators::connect::{MOST_IMAGES, connect, connect_pair, image_of, join, spread_of, swept_angle};
+use bhs_integrators::spherical::connect::{MOST_IMAGES, connect, connect_pair, image_of, join, spread_of, swept_angle};
 use glam::DVec3;
 
 #[test]

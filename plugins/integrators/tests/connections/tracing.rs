@@ -1,9 +1,8 @@
 //! Random pairs of points, and orbits to hold connections against.
 
-use bhs_core::blackhole::BlackHole;
 use bhs_core::integrator::Connection;
-use bhs_core::observer::FrameConvention;
-use bhs_integrators::connect::swept_angle;
+use bhs_core::spacetime::Spherical;
+use bhs_integrators::spherical::connect::swept_angle;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
@@ -46,8 +45,8 @@ impl Random {
 
 pub const CENTER: DVec3 = DVec3::new(0.3, -0.2, 0.7);
 
-pub fn hole(rs: f64) -> BlackHole {
-    BlackHole { center: CENTER, rs, redshift: true, radiance_shift: true, frame: FrameConvention::Static }
+pub fn hole(rs: f64) -> Spherical {
+    Spherical { center: CENTER, rs, charge_squared: 0.0 }
 }
 
 /// Two points at the given distances from the hole, `theta` apart, in a random plane.
@@ -108,7 +107,7 @@ pub struct Followed {
 }
 
 /// Follows `c` from `x` to `y`.
-pub fn trace(hole: &BlackHole, x: DVec3, y: DVec3, c: &Connection, image: u32) -> Followed {
+pub fn trace(hole: &Spherical, x: DVec3, y: DVec3, c: &Connection, image: u32) -> Followed {
     let (from_x, from_y) = (x - hole.center, y - hole.center);
     let (r1, r2) = (from_x.length(), from_y.length());
     let e1 = from_x / r1;
@@ -146,7 +145,7 @@ pub fn trace(hole: &BlackHole, x: DVec3, y: DVec3, c: &Connection, image: u32) -
 pub const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The area between four rays around a connection, in space, per solid angle.
-pub fn spread_in_space(hole: &BlackHole, x: DVec3, y: DVec3, c: &Connection, image: u32, h: f64) -> f64 {
+pub fn spread_in_space(hole: &Spherical, x: DVec3, y: DVec3, c: &Connection, image: u32, h: f64) -> f64 {
     let at = |direction: DVec3| {
         // Where a ray crosses the plane through y across the connection.
         let from_x = x - hole.center;

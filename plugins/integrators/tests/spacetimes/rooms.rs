@@ -66,7 +66,7 @@ pub fn world(dice: &mut Dice, spacetime: &Arc<dyn Spacetime>) -> World {
     let build = |geometries: &[Geometry]| Reference.build(geometries).expect("the meshes are sound");
     let near = surfaces(dice);
     let intersector = build(&near);
-    let world = World::new(near, intersector, None, DVec3::ZERO).in_spacetime(spacetime.clone(), Conventions::NATURE);
+    let world = World::new(near, intersector, DVec3::ZERO).in_spacetime(spacetime.clone(), Conventions::NATURE);
     let mut world = if spacetime.has_far_side() {
         let far = surfaces(dice);
         let intersector = build(&far);
@@ -83,7 +83,7 @@ pub fn world(dice: &mut Dice, spacetime: &Arc<dyn Spacetime>) -> World {
 
 /// A ray from anywhere in `world`.
 pub fn ray(dice: &mut Dice, world: &World) -> Ray {
-    let spacetime = world.spacetime.as_ref().expect("worlds have one");
+    let spacetime = world.spacetime();
     let side = if spacetime.has_far_side() && dice.unit() < 0.5 { Side::Far } else { Side::Near };
     loop {
         let x = dice.point(0.99 * ROOM);

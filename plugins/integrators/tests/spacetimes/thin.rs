@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 fn world(geometries: Vec<Geometry>, spacetime: &Arc<dyn Spacetime>) -> World {
     let intersector = Reference.build(&geometries).expect("the meshes are sound");
-    World::new(geometries, intersector, None, DVec3::ZERO).in_spacetime(spacetime.clone(), Conventions::NATURE)
+    World::new(geometries, intersector, DVec3::ZERO).in_spacetime(spacetime.clone(), Conventions::NATURE)
 }
 
 /// A ray past what bends light.

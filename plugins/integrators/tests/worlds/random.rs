@@ -115,7 +115,7 @@ impl Case {
 
     /// A ray from anywhere outside the horizon.
     pub fn ray(&self, dice: &mut Dice) -> (RayKind, Ray) {
-        let hole = self.world.hole.expect("every case has a hole");
+        let hole = crate::common::hole_of(&self.world);
         let kind = match (dice.unit() * 100.0) as u32 {
             0..45 => RayKind::Anywhere,
             45..70 => RayKind::Aimed,
@@ -137,8 +137,7 @@ impl Case {
             let direction = match kind {
                 RayKind::Aimed => (dice.direction() * (dice.unit() * 4.0 * hole.rs / r) - outward).normalize(),
                 RayKind::Critical => {
-                    let b =
-                        hole.critical_impact_parameter() * (1.0 + 10f64.powf(dice.within(-9.0, -1.0)) * dice.within(-1.0, 1.0));
+                    let b = (1.5 * 3f64.sqrt() * hole.rs) * (1.0 + 10f64.powf(dice.within(-9.0, -1.0)) * dice.within(-1.0, 1.0));
                     // b = r / sqrt(1/sin^2(alpha) - rs/r)
                     let sin = ((r / b).powi(2) + hole.rs / r).sqrt().recip().min(1.0);
                     let cos = (1.0 - sin * sin).sqrt();

@@ -7,11 +7,11 @@
 //!
 //! which is 1 in flat space. Everything else holds as there.
 
-use crate::connect::{MOST_IMAGES, number, swept_angle};
-use crate::connect_lanes::Lanes;
-use crate::connect_solve::{Ends, Solved, solve};
-use bhs_core::blackhole::BlackHole;
+use crate::spherical::connect::lanes::Lanes;
+use crate::spherical::connect::solve::{Ends, Solved, solve};
+use crate::spherical::connect::{MOST_IMAGES, number, swept_angle};
 use bhs_core::integrator::{Connection, ConnectionPair};
+use bhs_core::spacetime::Spherical;
 use glam::DVec3;
 
 /// Bending by a hole of less than this Schwarzschild radius, relative to the distance from it, is nothing.
@@ -22,7 +22,7 @@ const RADIAL: f64 = 1e-60;
 
 /// Geodesics number 2 `turn` and 2 `turn` + 1 from `x` around `hole` (`rs` > 0) that leave the scene in the unit chart direction
 /// `direction`.
-pub fn connect_sky(hole: &BlackHole, x: DVec3, direction: DVec3, turn: u32) -> ConnectionPair {
+pub fn connect_sky(hole: &Spherical, x: DVec3, direction: DVec3, turn: u32) -> ConnectionPair {
     let ends = SkyEnds::new(hole, x, direction);
     let images = [2 * turn, 2 * turn + 1];
     let solved = ends.solve(images);
@@ -32,7 +32,7 @@ pub fn connect_sky(hole: &BlackHole, x: DVec3, direction: DVec3, turn: u32) -> C
 /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` and left the scene in the direction
 /// `direction` after sweeping `phi` (rad): what [`connect_sky`] says of the same one. `None` where it says `None`, and if it is not
 /// among the first `images` ones.
-pub fn spread_sky(hole: &BlackHole, x: DVec3, launch: DVec3, direction: DVec3, phi: f64, images: u32) -> Option<f64> {
+pub fn spread_sky(hole: &Spherical, x: DVec3, launch: DVec3, direction: DVec3, phi: f64, images: u32) -> Option<f64> {
     let ends = SkyEnds::new(hole, x, direction);
     let image = number(ends.theta, phi, launch.dot(ends.across) >= 0.0);
     if image >= images {
@@ -55,7 +55,7 @@ struct SkyEnds {
 }
 
 impl SkyEnds {
-    fn new(hole: &BlackHole, x: DVec3, direction: DVec3) -> Self {
+    fn new(hole: &Spherical, x: DVec3, direction: DVec3) -> Self {
         let from_center = x - hole.center;
         let r = from_center.length();
         let out = from_center / r;

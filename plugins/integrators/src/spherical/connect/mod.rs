@@ -3,7 +3,7 @@
 //! Seen from the hole, x and y are an angle theta apart. The geodesics between them lie in one plane with the centre and are
 //! numbered by the angle that they sweep: theta (image 0, the direct one), 2 pi - theta (1, round the other side),
 //! 2 pi + theta (2), 4 pi - theta (3), ... There is exactly one of each (`docs/physics.md`, section 10), wherever outside the horizon
-//! x and y are. `connect_solve` finds it in the plane; here are directions in space, and the spread
+//! x and y are. `solve` finds it in the plane; here are directions in space, and the spread
 //!
 //! `dA_perpendicular(y) / domega(x) = r2^3 |du2/dalpha| sin(beta) |sin(Phi)| / sin(alpha)`     [chart, scene units^2/sr]
 //!
@@ -11,11 +11,15 @@
 //! Einstein ring: light of a whole circle of directions meets in y) and for images 1, 2, ... of a point behind another: a point
 //! source has no finite brightness there. Callers drop a connection of spread 0; on surfaces this is a null set.
 
-use crate::connect_lanes::Lanes;
-use crate::connect_solve::{Ends, Solved, solve};
-use bhs_core::blackhole::BlackHole;
+mod lanes;
+pub mod sky;
+mod solve;
+
+use crate::spherical::connect::lanes::Lanes;
+use crate::spherical::connect::solve::{Ends, Solved, solve};
 use bhs_core::integrator::{Connection, ConnectionPair};
 use bhs_core::spacetime::Place;
+use bhs_core::spacetime::Spherical;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -48,13 +52,13 @@ pub fn join(rs: f64, r1: f64, r2: f64, theta: f64, image: u32) -> Option<Arc> {
 }
 
 /// Geodesic number `image` from `x` to `y` around `hole` (`rs` > 0).
-pub fn connect(hole: &BlackHole, x: DVec3, y: DVec3, image: u32) -> Option<Connection> {
+pub fn connect(hole: &Spherical, x: DVec3, y: DVec3, image: u32) -> Option<Connection> {
     let frame = Frame::new(hole, x, y);
     frame.pair.arcs([image])[0].map(|arc| frame.connection(&arc, image))
 }
 
 /// Images 2 `turn` and 2 `turn` + 1, for less than the price of two calls of [`connect`].
-pub fn connect_pair(hole: &BlackHole, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair {
+pub fn connect_pair(hole: &Spherical, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair {
     let frame = Frame::new(hole, x, y);
     let images = [2 * turn, 2 * turn + 1];
     let [near, far] = frame.pair.arcs(images);
@@ -65,7 +69,7 @@ pub fn connect_pair(hole: &BlackHole, x: DVec3, y: DVec3, turn: u32) -> Connecti
 const GROUP: usize = 4;
 
 /// [`connect_pair`] of each of `pairs`, written to its place in `found`, for less than the price of one after the other.
-pub fn connect_pairs(hole: &BlackHole, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
+pub fn connect_pairs(hole: &Spherical, pairs: &[[Place; 2]], turn: u32, found: &mut [ConnectionPair]) {
     const LANES: usize = 2 * GROUP;
     let images = [2 * turn, 2 * turn + 1];
     for (pairs, found) in pairs.chunks(GROUP).zip(found.chunks_mut(GROUP)) {
@@ -92,13 +96,13 @@ pub fn connect_pairs(hole: &BlackHole, pairs: &[[Place; 2]], turn: u32, found: &
 }
 
 /// Which image a ray is that left `x` in the unit chart direction `direction` and arrived at `y` after the angle `phi`.
-pub fn image_of(hole: &BlackHole, x: DVec3, direction: DVec3, y: DVec3, phi: f64) -> u32 {
+pub fn image_of(hole: &Spherical, x: DVec3, direction: DVec3, y: DVec3, phi: f64) -> u32 {
     Frame::new(hole, x, y).image_of(direction, phi)
 }
 
 /// The spread of the geodesic that was traced from `x` in the unit chart direction `direction` to `y`, sweeping `phi`: what
 /// [`connect`] says of the same one. `None` where it says `None`, and if it is not among the first `images` ones.
-pub fn spread_of(hole: &BlackHole, x: DVec3, direction: DVec3, y: DVec3, phi: f64, images: u32) -> Option<f64> {
+pub fn spread_of(hole: &Spherical, x: DVec3, direction: DVec3, y: DVec3, phi: f64, images: u32) -> Option<f64> {
     let frame = Frame::new(hole, x, y);
     let image = frame.image_of(direction, phi);
     frame.pair.arcs([image])[0].filter(|_| image < images).map(|arc| arc.spread)
@@ -194,7 +198,7 @@ struct Frame {
 
 impl Frame {
     #[inline(always)]
-    fn new(hole: &BlackHole, x: DVec3, y: DVec3) -> Self {
+    fn new(hole: &Spherical, x: DVec3, y: DVec3) -> Self {
         let (from_x, from_y, way) = (x - hole.center, y - hole.center, y - x);
         let (r1, r2) = (from_x.length(), from_y.length());
         let (out_x, out_y) = (from_x / r1, from_y / r2);

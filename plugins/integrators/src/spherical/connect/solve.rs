@@ -20,7 +20,7 @@
 //! The spread comes with it: dU2/dV1 at fixed U1 is `4 J y'/D^2`, J the determinant of Newton's matrix. Only the square of
 //! U2 - U1 enters, so going back is the same arithmetic: reciprocity holds by construction.
 
-use crate::connect_lanes::Lanes;
+use crate::spherical::connect::lanes::Lanes;
 use std::f64::consts::PI;
 
 /// What is wanted, of several orbits: all in units of the Schwarzschild radius.

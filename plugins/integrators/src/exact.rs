@@ -1,4 +1,4 @@
-//! `schwarzschild-exact`: light around a Schwarzschild hole in closed form, without steps.
+//! `exact`: light around a Schwarzschild hole in closed form, without steps.
 //!
 //! Every point of the orbit comes from elliptic functions of its initial state, right to rounding at any angle, after any number of
 //! windings (the formula and its sources: `closed_form.rs`). Chords of the orbit go to the intersector, and what they meet is refined
@@ -13,7 +13,7 @@
 //! The tolerance decides which surface is met where a ray passes an edge, not how precisely.
 //!
 //! ```bhs
-//! Integrator "schwarzschild-exact" "float tolerance" 1e-5
+//! Integrator "exact" "float tolerance" 1e-5
 //! WorldBegin
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
@@ -23,17 +23,15 @@ use crate::straight::Straight;
 use crate::tolerance::Tolerance;
 use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
-use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
-use bhs_core::observer::Observer;
+use bhs_core::integrator::{Connections, Integrator, IntegratorBuilder, Ray, RayEnd};
 use bhs_core::params::Params;
-use bhs_core::spacetime::{Class, Place, Spacetime};
+use bhs_core::spacetime::{Class, Spacetime};
 use bhs_core::world::World;
 use glam::DVec3;
-use std::sync::Arc;
 
 /// The entry of this file in the crate's list.
-pub const PLUGIN: Plugin<dyn Integrator> =
-    Plugin { name: "schwarzschild-exact", summary: "light around a Schwarzschild hole by elliptic functions", build };
+pub const PLUGIN: Plugin<dyn IntegratorBuilder> =
+    Plugin { name: "exact", summary: "light around a Schwarzschild hole by elliptic functions", build };
 
 /// Light around a Schwarzschild hole in closed form.
 #[derive(Clone, Copy, Debug)]
@@ -48,34 +46,36 @@ pub struct Exact {
 impl Exact {
     /// To that tolerance; gives up after so many steps.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        Self { tolerance, max_steps, connections: SphericalConnections { turns: 1, chord: Chord::Tolerance(tolerance) } }
+        let connections = SphericalConnections { turns: 1, chord: Chord::Tolerance(tolerance) };
+        Self { tolerance, max_steps, connections }
     }
-}
 
-fn build(p: &Params) -> Option<Box<dyn Integrator>> {
-    let tolerance = Tolerance::read(p);
-    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "stretches of 1 rad after which a ray is given up");
-    let made = Exact::new(tolerance, max_steps as u64);
-    Some(Box::new(Exact { connections: SphericalConnections { turns: read_turns(p), ..made.connections }, ..made }))
-}
-
-impl Exact {
     fn tracer(&self) -> Tracer {
         Tracer { method: Method::Exact(self.tolerance), max_steps: self.max_steps }
     }
 }
 
-impl Integrator for Exact {
-    fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
+fn build(p: &Params) -> Option<Box<dyn IntegratorBuilder>> {
+    let tolerance = Tolerance::read(p);
+    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "stretches of 1 rad after which a ray is given up");
+    let connections = SphericalConnections { turns: read_turns(p), chord: Chord::Tolerance(tolerance) };
+    Some(Box::new(Exact { tolerance, max_steps: max_steps as u64, connections }))
+}
+
+impl IntegratorBuilder for Exact {
+    fn build(&self, spacetime: &dyn Spacetime) -> Result<Box<dyn Integrator>, String> {
         match spacetime.class() {
             Class::Flat => Ok(Box::new(Straight)),
+            Class::Spherical(hole) if hole.charge_squared == 0.0 => Ok(Box::new(*self)),
             _ => {
                 Err("needs a spherical spacetime without charge, for its elliptic functions are those of one such hole"
                     .to_owned())
             }
         }
     }
+}
 
+impl Integrator for Exact {
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.tracer().trace_all(world, rays, ends);
     }
@@ -84,15 +84,7 @@ impl Integrator for Exact {
         self.tracer().polyline(world, ray)
     }
 
-    fn observer(&self, world: &World, place: Place) -> Option<Observer> {
-        world.static_observer(place)
-    }
-
     fn connections(&self) -> Option<&dyn Connections> {
         Some(&self.connections)
-    }
-
-    fn is_curved(&self) -> bool {
-        true
     }
 }
