@@ -3,19 +3,11 @@
 use bhs::lang::BuiltScene;
 use bhs_core::integrator::Ray;
 use bhs_core::sampling::SampleStream;
-use bhs_core::spacetime::{Class, Spherical};
 use bhs_core::spectrum::{N_LAMBDA, SampledWavelengths};
 use bhs_core::stats::PathLog;
 use bhs_core::transport::PathSample;
 use glam::DVec3;
 
-/// The hole of a scene that has one; render space.
-pub fn hole(built: &BuiltScene) -> Spherical {
-    match built.scene.world.spacetime().class() {
-        Class::Spherical(hole) => hole,
-        other => panic!("no hole: {other:?}"),
-    }
-}
 
 /// `sqrt(1 - rs/r)` with r in units of rs: the clock of a static observer at r over one far away.
 pub fn lapse(r: f64) -> f64 {
