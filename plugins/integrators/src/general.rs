@@ -41,7 +41,7 @@ pub const PLUGIN: Plugin<dyn Integrator> =
     Plugin { name: "general", summary: "light in any spacetime by Hamilton's equations", build };
 
 /// Light in any spacetime by Hamilton's equations.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct General(InSpacetime);
 
 impl General {
@@ -59,7 +59,7 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
 
 impl Integrator for General {
     fn for_spacetime(&self, _: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
-        Ok(Box::new(*self))
+        Ok(Box::new(self.clone()))
     }
 
     fn trace(&self, world: &World, ray: &Ray, log: &mut TraceLog) -> Arrival {

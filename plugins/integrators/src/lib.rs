@@ -26,6 +26,7 @@ mod packet_hits;
 mod packet_leaps;
 pub mod refine;
 mod resolve;
+pub mod round;
 mod schwarzschild_adaptive;
 mod schwarzschild_exact;
 mod schwarzschild_rk4;

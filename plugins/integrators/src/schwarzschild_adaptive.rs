@@ -12,7 +12,7 @@
 //! |---|---|---|---|---|
 //! | `tolerance` | float | a tenth of the ray's footprint | scene | largest distance between the true ray and what is traced |
 //! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
-//! | `connections` | bool | false | | whether lights are sampled in wormholes and among several holes, where the rays to them take long to find |
+//! | `connections` | bool | by spacetime | | whether lights are sampled in spacetimes other than the plain hole: by default, in round ones |
 //! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
 //!
 //! ```bhs
@@ -22,8 +22,7 @@
 //! ```
 
 use crate::flight::{Flight, Tolerance};
-use crate::graded_index::connect::GradedConnections;
-use crate::in_spacetime::{InSpacetime, Method};
+use crate::in_spacetime::{InSpacetime, Joining, Method};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::packet::{Course, End, NOWHERE, follow};
 use crate::taylor::TaylorOrbit;
@@ -48,15 +47,15 @@ pub struct Adaptive {
     pub tolerance: Tolerance,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
-    /// Whether rays between two points are searched in spacetimes where that takes long.
-    pub connections: bool,
+    /// Whether rays between two points are searched in spacetimes other than the plain hole; `None`: where that pays.
+    pub connections: Option<bool>,
     joined: Joined,
 }
 
 impl Adaptive {
     /// To that tolerance; gives up after so many steps.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        Self { tolerance, max_steps, connections: false, joined: Joined { turns: 1, chord: Chord::Tolerance(tolerance) } }
+        Self { tolerance, max_steps, connections: None, joined: Joined { turns: 1, chord: Chord::Tolerance(tolerance) } }
     }
 }
 
@@ -68,14 +67,18 @@ fn build(p: &Params) -> Option<Box<dyn Integrator>> {
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
     let made = Adaptive::new(tolerance, max_steps as u64);
     let joined = Joined { turns: read_turns(p), ..made.joined };
-    let about = "whether lights are sampled in wormholes and among several holes, where the rays to them take long to find";
-    let connections = p.get("connections", false, "", about);
+    let about = "whether lights are sampled in spacetimes other than the plain hole; by default in wormholes and around a charged hole, not among several holes";
+    let connections = p.optional("connections", "", about);
     Some(Box::new(Adaptive { connections, joined, ..made }))
 }
 
 impl Integrator for Adaptive {
     fn for_spacetime(&self, spacetime: &Arc<dyn Spacetime>) -> Result<Box<dyn Integrator>, String> {
-        let connections = if self.connections { GradedConnections::new(&**spacetime, self.tolerance) } else { None };
+        let found = || Joining::new(&**spacetime, self.tolerance, self.joined.turns);
+        let connections = match self.connections {
+            Some(wanted) => wanted.then(found).flatten(),
+            None => found().filter(Joining::pays),
+        };
         Ok(Box::new(InSpacetime { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps, connections }))
     }
 

@@ -20,8 +20,8 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::flight::Flight;
-use crate::in_spacetime::{InSpacetime, Method};
+use crate::flight::{Flight, Tolerance};
+use crate::in_spacetime::{InSpacetime, Joining, Method};
 use crate::joined::{Chord, Joined, read_turns};
 use crate::micro_steps;
 use crate::orbit::Rk4Orbit;
@@ -107,7 +107,9 @@ impl Integrator for Rk4 {
                 Err("needs a spherical spacetime without charge, for its steps are those of a published method".to_owned())
             }
             Class::Spherical(_) | Class::Index(_) => {
-                Ok(Box::new(InSpacetime { method: Method::RungeKutta(self.step), max_steps: self.max_steps, connections: None }))
+                let found = Joining::new(&**spacetime, Tolerance::DEFAULT, self.joined.turns);
+                let connections = found.filter(Joining::pays);
+                Ok(Box::new(InSpacetime { method: Method::RungeKutta(self.step), max_steps: self.max_steps, connections }))
             }
             Class::General(_) => {
                 Err("needs a spherical spacetime, or one with a refractive index: several extremal holes, or a wormhole"

@@ -38,7 +38,7 @@ pub fn reaches_in(
     (sigma_end, tolerance): (f64, f64),
     log: &mut TraceLog,
 ) -> bool {
-    let Sight { start, from, to, target, connection } = *sight;
+    let Sight { start, from, to, connection, .. } = *sight;
     let close = SHADOW_END * to.x.abs().max_element().max(from.abs().max_element());
     let n = setting.medium.at::<f64>(to.x.into()).0.sqrt();
     let gap = tolerance;
@@ -56,6 +56,13 @@ pub fn reaches_in(
     let steps = log.counters.steps;
     let (end, _) = follow(world, &whole, &mut setting.ray(from, connection.launch, start.side, ERROR), log);
     log.counters.steps = steps;
+    is_open(world, sight, end, close, log)
+}
+
+/// Whether nothing stands in the way of `sight` if its ray, which was to be followed to just before its end, has ended at `end`; surfaces within some
+/// times the distance `close` are where it ends.
+pub(crate) fn is_open(world: &World, sight: &Sight, end: End, close: f64, log: &mut TraceLog) -> bool {
+    let Sight { to, target, .. } = *sight;
     let crowded = target.filter(|_| world.half(to.side).is_some_and(|half| half.is_crowded(to.x)));
     match end {
         End::Surface(hit) => {

@@ -3,7 +3,6 @@
 use crate::flight::Tolerance;
 use crate::general::course::{Depths, Ray as GeneralRay};
 use crate::general::{self, Surroundings};
-use crate::graded_index::connect::GradedConnections;
 use crate::graded_index::course::Setting;
 use crate::spherical::course::Ray as Orbit;
 use crate::straight::Straight;
@@ -14,6 +13,10 @@ use bhs_core::observer::Observer;
 use bhs_core::spacetime::{Class, Place, Spacetime, Spherical};
 use bhs_core::stats::TraceLog;
 use bhs_core::world::World;
+
+mod joining;
+
+pub use joining::Joining;
 
 /// How rays are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,14 +30,14 @@ pub enum Method {
 }
 
 /// Light in the spacetime of the world that it is followed through.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct InSpacetime {
     /// How.
     pub method: Method,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
     /// The rays between two points, if they are searched.
-    pub connections: Option<GradedConnections>,
+    pub connections: Option<Joining>,
 }
 
 /// What is told once of a world through which many rays are followed.
@@ -162,7 +165,7 @@ impl Integrator for InSpacetime {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        self.connections.as_ref().map(|connections| connections as _)
+        self.connections.as_ref().map(Joining::offered)
     }
 
     fn is_curved(&self) -> bool {
