@@ -176,3 +176,62 @@ fn with_the_lamp_exactly_behind_the_hole() {
         check(&format!("ring, {name}"), &text, 3, [4, 16, 24]);
     }
 }
+
+/// A closed room with a lamp, around what bends light in its middle; `far` is what stands on the far side, if there is one.
+fn bent_room(integrator: &str, spacetime: &str, far: &str) -> String {
+    format!(
+        r#"
+        LightTransport "path"
+        {integrator}
+        Film "rgb" "integer xresolution" 32 "integer yresolution" 24
+        Include "scenes/include/camera.bhs"
+        WorldBegin
+        {spacetime}
+        Material "diffuse" "spectrum reflectance" 0.5
+        Shape "trianglemesh" "integer indices" [0 1 2  0 2 3  4 6 5  4 7 6  0 4 5  0 5 1  3 2 6  3 6 7  0 3 7  0 7 4  1 5 6  1 6 2]
+            "point3 P" [-1 0 -1   1 0 -1   1 1.5 -1   -1 1.5 -1   -1 0 4  1 0 4  1 1.5 4  -1 1.5 4]
+        AttributeBegin
+            AreaLightSource "diffuse" "spectrum L" 10
+            Translate 0.5 1.2 0.5
+            Shape "sphere" "float radius" 0.15
+        AttributeEnd
+        {far}
+        "#
+    )
+}
+
+#[test]
+fn around_a_charged_hole() {
+    let hole =
+        r#"BlackHole "reissner-nordstrom" "point3 center" [0 0.75 -0.2] "float rs" 0.25 "float charge" 0.9 "bool redshift" true"#;
+    check("charged", &bent_room("", hole, ""), 3, [4, 8, 12]);
+}
+
+#[test]
+fn on_both_sides_of_a_wormhole() {
+    let far = r#"
+        AttributeBegin
+            Side "far"
+            LightSource "infinite" "rgb L" [0.1 0.2 0.4]
+            Shape "trianglemesh" "integer indices" [0 1 2  0 2 3] "point3 P" [-2 0 -2  2 0 -2  2 0 2  -2 0 2]
+            AttributeBegin
+                AreaLightSource "diffuse" "spectrum L" 30
+                Translate -0.8 1.4 -0.6
+                Shape "sphere" "float radius" 0.25
+            AttributeEnd
+        AttributeEnd
+    "#;
+    let ellis = r#"Wormhole "ellis" "point3 center" [0 0.75 -0.2] "float throat" 0.7"#;
+    check("ellis", &bent_room("", ellis, far), 3, [4, 8, 12]);
+    let dneg = r#"Wormhole "dneg" "point3 center" [0 0.75 -0.2] "float throat" 0.4 "float length" 0.2 "float lensingwidth" 0.1"#;
+    check("dneg", &bent_room("", dneg, far), 3, [2, 4, 4]);
+}
+
+#[test]
+fn among_extremal_holes() {
+    let connected = r#"Integrator "adaptive" "bool connections" true"#;
+    let one = r#"BlackHole "majumdar-papapetrou" "point3 centers" [0 0.75 -0.2] "float masses" [0.1] "bool redshift" true"#;
+    check("one extremal hole", &bent_room("", one, ""), 3, [4, 8, 12]);
+    let two = r#"BlackHole "majumdar-papapetrou" "point3 centers" [-0.3 0.75 -0.2  0.3 0.7 -0.2] "float masses" [0.07 0.05]"#;
+    check("two extremal holes", &bent_room(connected, two, ""), 3, [1, 4, 4]);
+}

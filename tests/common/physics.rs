@@ -8,7 +8,6 @@ use bhs_core::stats::PathLog;
 use bhs_core::transport::PathSample;
 use glam::DVec3;
 
-
 /// `sqrt(1 - rs/r)` with r in units of rs: the clock of a static observer at r over one far away.
 pub fn lapse(r: f64) -> f64 {
     (1.0 - 1.0 / r).sqrt()

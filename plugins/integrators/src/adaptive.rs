@@ -10,7 +10,7 @@
 //! |---|---|---|---|---|
 //! | `tolerance` | float | a tenth of the ray's footprint | scene | largest distance between the true ray and what is traced |
 //! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
-//! | `connections` | bool | false | | whether lights are sampled in wormholes and among several holes, where the rays to them take long to find |
+//! | `connections` | bool | by spacetime | | whether lights are sampled in spacetimes other than the plain hole: by default, in round ones |
 //! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
 //!
 //! ```bhs
@@ -19,7 +19,7 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
-use crate::graded_index::connect::GradedConnections;
+use crate::connections::AnyConnections;
 use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
 use crate::straight::Straight;
 use crate::tolerance::Tolerance;
@@ -36,50 +36,30 @@ pub const PLUGIN: Plugin<dyn IntegratorBuilder> =
     Plugin { name: "adaptive", summary: "light in any spacetime to a given tolerance, by what suits it best", build };
 
 /// Light to a given tolerance.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Adaptive {
     /// Largest distance between the true ray and what is traced.
     pub tolerance: Tolerance,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
-    /// Whether rays between two points are searched in spacetimes where that takes long.
-    pub connections: bool,
-    /// Pairs of geodesics around a hole that light sampling looks for.
+    /// Whether lights are sampled in spacetimes other than the plain hole; `None`: where that pays.
+    pub light_sampling: Option<bool>,
+    /// Pairs of geodesics around a centre that light sampling looks for.
     turns: u32,
-    offered: Offered,
-}
-
-/// The rays between two points that are offered for light sampling.
-#[derive(Clone, Copy, Debug)]
-enum Offered {
-    Nothing,
-    Spherical(SphericalConnections),
-    Graded(GradedConnections),
+    connections: Option<AnyConnections>,
 }
 
 impl Adaptive {
     /// To that tolerance; gives up after so many steps. Offers rays between two points around a hole without charge, until it is built for another
     /// spacetime.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        let offered = Offered::Spherical(SphericalConnections { turns: 1, chord: Chord::Tolerance(tolerance) });
-        Self { tolerance, max_steps, connections: false, turns: 1, offered }
+        let connections = SphericalConnections { turns: 1, chord: Chord::Tolerance(tolerance) };
+        let connections = Some(AnyConnections::Spherical(connections));
+        Self { tolerance, max_steps, light_sampling: None, turns: 1, connections }
     }
 
     fn tracer(&self) -> Tracer {
         Tracer { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps }
-    }
-
-    fn offered_in(&self, spacetime: &dyn Spacetime) -> Offered {
-        let Self { tolerance, turns, .. } = *self;
-        match spacetime.class() {
-            Class::Spherical(hole) if hole.charge_squared == 0.0 => {
-                Offered::Spherical(SphericalConnections { turns, chord: Chord::Tolerance(tolerance) })
-            }
-            Class::Index(_) if self.connections => {
-                GradedConnections::new(spacetime, tolerance).map_or(Offered::Nothing, Offered::Graded)
-            }
-            _ => Offered::Nothing,
-        }
     }
 }
 
@@ -87,9 +67,9 @@ fn build(p: &Params) -> Option<Box<dyn IntegratorBuilder>> {
     let tolerance = Tolerance::read(p);
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
     let turns = read_turns(p);
-    let about = "whether lights are sampled in wormholes and among several holes, where the rays to them take long to find";
-    let connections = p.get("connections", false, "", about);
-    Some(Box::new(Adaptive { connections, turns, ..Adaptive::new(tolerance, max_steps as u64) }))
+    let about = "whether lights are sampled in spacetimes other than the plain hole; by default in wormholes and around a charged hole, not among several holes";
+    let light_sampling = p.optional("connections", "", about);
+    Some(Box::new(Adaptive { light_sampling, turns, ..Adaptive::new(tolerance, max_steps as u64) }))
 }
 
 impl IntegratorBuilder for Adaptive {
@@ -97,7 +77,12 @@ impl IntegratorBuilder for Adaptive {
         if matches!(spacetime.class(), Class::Flat) {
             return Ok(Box::new(Straight));
         }
-        Ok(Box::new(Self { offered: self.offered_in(spacetime), ..*self }))
+        let found = AnyConnections::new(spacetime, Chord::Tolerance(self.tolerance), self.turns);
+        let is_wanted = |found: &AnyConnections| match found {
+            AnyConnections::Spherical(_) => true,
+            other => self.light_sampling.unwrap_or_else(|| other.pays()),
+        };
+        Ok(Box::new(Self { connections: found.filter(is_wanted), ..*self }))
     }
 }
 
@@ -111,10 +96,6 @@ impl Integrator for Adaptive {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        match &self.offered {
-            Offered::Nothing => None,
-            Offered::Spherical(connections) => Some(connections),
-            Offered::Graded(connections) => Some(connections),
-        }
+        self.connections.as_ref().map(AnyConnections::offered)
     }
 }

@@ -2,15 +2,17 @@
 //!
 //! `tracer` knows which way of following rays belongs to which class of spacetimes: `spherical` orbits in planes, `graded_index` the rays of a
 //! refractive index, `general` those of any metric by Hamilton's equations. Each gives curves as `tracing::arc` has them, and `tracing` leads them
-//! through a world of surfaces. `arithmetic` is what they compute with.
+//! through a world of surfaces. `connections` are the rays between two points, those of round spacetimes but the plain hole in `round`. `arithmetic` is what they compute with.
 
 mod adaptive;
 pub mod arithmetic;
+mod connections;
 mod exact;
 pub mod general;
 pub mod graded_index;
 mod micro_steps;
 mod rk4;
+pub mod round;
 pub mod spherical;
 mod straight;
 mod tolerance;
@@ -39,5 +41,5 @@ pub const OTHER_NAMES: &[(&str, &str)] =
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["tolerance", "tracer"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["connections", "tolerance", "tracer"]);
 }

@@ -20,6 +20,7 @@
 //! BlackHole "schwarzschild" "point3 center" [0 1 4] "float rs" 0.1
 //! ```
 
+use crate::connections::AnyConnections;
 use crate::micro_steps::{MicroSteps, read_steps};
 use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
 use crate::straight::Straight;
@@ -36,20 +37,22 @@ pub const PLUGIN: Plugin<dyn IntegratorBuilder> =
     Plugin { name: "rk4", summary: "light around holes and in wormholes by fixed Runge-Kutta steps", build };
 
 /// Light by fixed steps.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Rk4 {
     /// Angle swept by one step, in radians.
     pub step: f64,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
-    connections: Option<SphericalConnections>,
+    /// Pairs of geodesics around a centre that light sampling looks for.
+    turns: u32,
+    connections: Option<AnyConnections>,
 }
 
 impl Rk4 {
     /// With steps of that angle (rad); gives up after so many.
     pub fn new(step: f64, max_steps: u64) -> Self {
-        let connections = Some(SphericalConnections { turns: 1, chord: Chord::Angle(step) });
-        Self { step, max_steps, connections }
+        let connections = SphericalConnections { turns: 1, chord: Chord::Angle(step) };
+        Self { step, max_steps, turns: 1, connections: Some(AnyConnections::Spherical(connections)) }
     }
 
     fn tracer(&self) -> Tracer {
@@ -59,10 +62,10 @@ impl Rk4 {
 
 fn build(p: &Params) -> Option<Box<dyn IntegratorBuilder>> {
     let (step, max_steps) = read_steps(p);
-    let connections = Some(SphericalConnections { turns: read_turns(p), chord: Chord::Angle(step) });
+    let turns = read_turns(p);
     let about = "where a ray meets a surface: its `orbit`, or a `chord` of it";
     match p.get("hits", "orbit".to_owned(), "", about).as_str() {
-        "orbit" => Some(Box::new(Rk4 { step, max_steps, connections })),
+        "orbit" => Some(Box::new(Rk4 { turns, ..Rk4::new(step, max_steps) })),
         "chord" => Some(Box::new(MicroSteps::read(p))),
         other => {
             p.reject("hits", "unknown kind of hits", format!("expected `orbit` or `chord`, found `{other}`"));
@@ -75,8 +78,10 @@ impl IntegratorBuilder for Rk4 {
     fn build(&self, spacetime: &dyn Spacetime) -> Result<Box<dyn Integrator>, String> {
         match spacetime.class() {
             Class::Flat => Ok(Box::new(Straight)),
-            Class::Spherical(hole) if hole.charge_squared == 0.0 => Ok(Box::new(*self)),
-            Class::Spherical(_) | Class::Index(_) => Ok(Box::new(Self { connections: None, ..*self })),
+            Class::Spherical(_) | Class::Index(_) => {
+                let connections = AnyConnections::new(spacetime, Chord::Angle(self.step), self.turns);
+                Ok(Box::new(Self { connections: connections.filter(AnyConnections::pays), ..*self }))
+            }
             Class::General(_) => {
                 Err("needs a spherical spacetime, or one with a refractive index: several extremal holes, or a wormhole"
                     .to_owned())
@@ -95,6 +100,6 @@ impl Integrator for Rk4 {
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
-        self.connections.as_ref().map(|c| c as _)
+        self.connections.as_ref().map(AnyConnections::offered)
     }
 }

@@ -39,7 +39,7 @@ struct Setting {
 impl Setting {
     fn new(name: &'static str, spacetime: impl Spacetime + 'static) -> Self {
         let spacetime: Arc<dyn Spacetime> = Arc::new(spacetime);
-        let connections = GradedConnections::new(&*spacetime, Tolerance::DEFAULT).unwrap();
+        let connections = GradedConnections::new(&*spacetime, Tolerance::DEFAULT, 1).unwrap();
         let world = World::new(Vec::<Geometry>::new(), Box::new(Empty), DVec3::ZERO);
         let world = world.in_spacetime(spacetime.clone(), Conventions::NATURE);
         Self { name, world, connections, spacetime }

@@ -1,12 +1,12 @@
 //! Which rays are offered between two points of spacetimes of a refractive index, and what their search begins with.
 
 use crate::graded_index::connect_blend::{Blend, Single};
-use crate::graded_index::connect_newton::{FINE, Guess, LEASH, ROUGH, Reached, Search};
-use crate::graded_index::connect_plane::Profile;
+use crate::graded_index::connect_newton::{Guess, LEASH, ROUGH, Reached, Search};
 use crate::graded_index::medium::Medium;
+use crate::round::profile::Profile;
+use crate::round::rays::Rays;
 use bhs_core::spacetime::{Ball, Class, Place, Side, Spacetime};
 use glam::{DQuat, DVec3};
-use std::f64::consts::TAU;
 
 /// Steps in which an index is changed to another.
 const CONTINUATION: u32 = 4;
@@ -17,8 +17,6 @@ const PROBE: f64 = 0.1;
 /// What bends light, and how it is simplified.
 pub struct Setting<'a> {
     medium: Medium<'a>,
-    /// If it is round.
-    profile: Option<Profile<'a>>,
     /// Each hole alone.
     holes: Vec<Single>,
     /// One with the mass of all of them.
@@ -30,7 +28,6 @@ impl<'a> Setting<'a> {
     pub fn of(spacetime: &'a dyn Spacetime) -> Option<Self> {
         let Class::Index(index) = spacetime.class() else { return None };
         let medium = Medium::new(index, spacetime.captures());
-        let profile = Profile::of(&medium);
         // U = mass / rho + what hardly changes.
         let potential = |ball: &Ball, rho: f64| {
             let [a, b] = [rho, -rho].map(|rho| index.index(ball.center + DVec3::X * rho).0.sqrt().sqrt());
@@ -44,7 +41,7 @@ impl<'a> Setting<'a> {
         let holes: Vec<_> = medium.captures.iter().map(hole).collect();
         let mass: f64 = holes.iter().map(|hole| hole.mass).sum();
         let center = holes.iter().map(|hole| hole.center * (hole.mass / mass)).sum();
-        Some(Self { medium, profile, holes, all: Single { center, mass } })
+        Some(Self { medium, holes, all: Single { center, mass } })
     }
 
     /// Whether rays can lead from `x` to `y`: two different places.
@@ -63,13 +60,9 @@ impl<'a> Setting<'a> {
 
     /// How ray number `image` from `x` to `y` is looked for; `None` if there is no such number.
     ///
-    /// Around one centre: the shorter way round, the other one. Among several holes: the direct one, those round each, and that round all.
+    /// The direct one, those round each, and that round all.
     pub fn way(&self, x: Place, y: Place, image: usize) -> Option<Way<'_>> {
         let search = |focus: DVec3| Search { medium: &self.medium, x, y, focus };
-        if let Some(profile) = &self.profile {
-            let guesses = vec![plane_guess(profile, x, y, image)?];
-            return Some(Way { search: search(profile.center), guesses, tolerance: FINE, start: None });
-        }
         let alone = |hole: &Single, image: usize| self.guess_around(hole, x, y, image);
         let (focus, guesses, start) = match image.checked_sub(1) {
             None => {
@@ -88,7 +81,10 @@ impl<'a> Setting<'a> {
     }
 
     fn guess_around(&self, hole: &Single, x: Place, y: Place, image: usize) -> Option<Guess> {
-        plane_guess(&Profile::of_hole(self.medium.index, hole.center, hole.mass), x, y, image)
+        let from = |place: Place| Place { x: place.x - hole.center, side: place.side };
+        let profile = Profile::of_hole(hole.mass, 0.0);
+        let (launch, sigma) = Rays::between(&profile, from(x), from(y))?.rough((0, image))?;
+        Some(Guess { launch, sigma })
     }
 
     /// The straight line, turned and made longer by as much as each of the holes alone would have it.
@@ -216,22 +212,4 @@ impl Way<'_> {
 /// Whether the search that begins with `guess` could end with `ray`.
 pub fn is_near(guess: &Guess, ray: &Guess) -> bool {
     guess.launch.dot(ray.launch) > LEASH - 0.05
-}
-
-/// The ray around a centre, the shorter way (`image` 0) or the other one.
-fn plane_guess(profile: &Profile<'_>, x: Place, y: Place, image: usize) -> Option<Guess> {
-    let (from, to) = (x.x - profile.center, y.x - profile.center);
-    let radial = from.try_normalize()?;
-    let axis = from.cross(to);
-    let theta = axis.length().atan2(from.dot(to));
-    let aside = axis.cross(from).try_normalize().unwrap_or_else(|| radial.any_orthonormal_vector());
-    let (psi, aside) = match image {
-        0 => (theta, aside),
-        1 => (TAU - theta, -aside),
-        _ => return None,
-    };
-    let across = x.side != y.side;
-    let b = profile.s(to.length());
-    let orbit = profile.orbit(profile.s(from.length()), if across { -b } else { b }, psi)?;
-    Some(Guess { launch: (radial * orbit.cos + aside * orbit.sin).normalize(), sigma: orbit.sigma })
 }

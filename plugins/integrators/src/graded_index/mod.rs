@@ -9,7 +9,6 @@ pub mod connect;
 mod connect_blend;
 mod connect_images;
 mod connect_newton;
-mod connect_plane;
 pub mod course;
 pub mod dense;
 mod escape;

@@ -97,29 +97,36 @@ impl Connections for SphericalConnections {
     fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost {
         let Some(hole) = hole(world) else { return Straight.occluded_all(world, shadow_rays, occluded) };
         let extent = Extent::of(world);
-        let setting = Setting::new(&hole, extent.around(hole.center));
-        let mut cost = Cost::default();
-        for (rays, occluded) in shadow_rays.chunks(LANES).zip(occluded.chunks_mut(LANES)) {
-            let start = |ray: &ShadowRay| shadow::start(ray, limit(&hole, ray), self.gap(&extent, &hole, ray));
-            let starts: ArrayVec<Start, LANES> = rays.iter().map(start).collect();
-            // Lanes without a ray repeat the last one.
-            let ray = |i: usize| &rays[i.min(rays.len() - 1)];
-            let (x, d) = (Vector::<Lanes>::from_fn(|i| ray(i).from), Vector::from_fn(|i| ray(i).connection.launch));
-            let mut course = setting.launch(x, d).by_series(Lanes::splat(shadow::ERROR));
-            cost += shadow::occluded(world, rays, &starts, &mut course, occluded);
-        }
-        cost
+        let gap = |ray: &ShadowRay| match self.chord {
+            Chord::Angle(angle) => gap_of_angle(hole.rs, angle),
+            Chord::Tolerance(t) => extent.distance(t, ray.start.footprint),
+        };
+        occluded_around(&hole, world, shadow_rays, gap, occluded)
     }
 }
 
-impl SphericalConnections {
-    /// How far the chords of a shadow ray may stray from it (scene units).
-    fn gap(&self, extent: &Extent, hole: &Spherical, ray: &ShadowRay) -> f64 {
-        match self.chord {
-            Chord::Angle(angle) => gap_of_angle(hole.rs, angle),
-            Chord::Tolerance(t) => extent.distance(t, ray.start.footprint),
-        }
+/// Whether something stands in the way of each of `shadow_rays` around `hole`; `gap` says how far the chords of each may stray from it (scene units).
+///
+/// Their orbits are Taylor series: they only have to be as precise as the chords, and their points cost a tenth of those of the closed form.
+pub(crate) fn occluded_around(
+    hole: &Spherical,
+    world: &World,
+    shadow_rays: &[ShadowRay],
+    gap: impl Fn(&ShadowRay) -> f64,
+    occluded: &mut [bool],
+) -> Cost {
+    let setting = Setting::new(hole, Extent::of(world).around(hole.center));
+    let mut cost = Cost::default();
+    for (rays, occluded) in shadow_rays.chunks(LANES).zip(occluded.chunks_mut(LANES)) {
+        let start = |ray: &ShadowRay| shadow::start(ray, limit(hole, ray), gap(ray));
+        let starts: ArrayVec<Start, LANES> = rays.iter().map(start).collect();
+        // Lanes without a ray repeat the last one.
+        let ray = |i: usize| &rays[i.min(rays.len() - 1)];
+        let (x, d) = (Vector::<Lanes>::from_fn(|i| ray(i).from), Vector::from_fn(|i| ray(i).connection.launch));
+        let mut course = setting.launch(x, d).by_series(Lanes::splat(shadow::ERROR));
+        cost += shadow::occluded(world, rays, &starts, &mut course, occluded);
     }
+    cost
 }
 
 /// The angle after which a shadow ray ends, just before its end: by d phi/d s = sin(beta)/r.
@@ -127,5 +134,5 @@ fn limit(hole: &Spherical, ray: &ShadowRay) -> f64 {
     let from_center = ray.to.x - hole.center;
     let r = from_center.length();
     let sin = ray.connection.arrival.cross(from_center).length() / r;
-    ray.connection.phi - shadow::close(ray) * sin / r
+    (ray.connection.phi - shadow::close(ray) * sin / r).max(0.0)
 }
