@@ -49,6 +49,7 @@ mod thin;
 mod tolman;
 mod tutorial;
 mod unbiased;
+mod visible_surface;
 mod watertight;
 
 /// A file that no `mod` names would be tests that never run.

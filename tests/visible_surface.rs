@@ -1,6 +1,6 @@
 //! A picture's layers, the counts of its render and `bhs trace` say the same of a camera ray, to the bit, whatever follows it.
 
-mod common;
+use crate::common;
 
 use bhs::lang::{BuiltScene, Overrides};
 use bhs::not_finite::SampleId;
