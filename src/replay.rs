@@ -224,9 +224,9 @@ impl Writer<'_> {
     /// A sample of a light.
     fn light(&self, number: u32, place: LightPlace, radiance: SampledSpectrum, visible: bool) -> Value {
         let scene = &self.built.scene;
-        let label = match scene.emitters.get(number as usize) {
+        let label = match scene.light_sampler.emitters.get(number as usize) {
             Some(emitter) => self.labels.shape(scene.shapes[emitter.geometry as usize].index, self.sources),
-            None => self.labels.light(number - scene.emitters.len() as u32, self.sources),
+            None => self.labels.light(number - scene.light_sampler.emitters.len() as u32, self.sources),
         };
         let mut object = json!({ "light": named(label), "radiance": spectrum(radiance), "visible": visible });
         match place {

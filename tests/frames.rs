@@ -77,7 +77,7 @@ fn a_lamp_emits_pi_l_over_its_local_area() {
             let cos = frame.local_normal(normal).dot(frame.local_direction(chart));
             let at =
                 Emission { uv, cos_theta: cos as f32, lambda_nm: [500.0; 4], clock_rate: point.observer.clock_rate() as f32 };
-            let emitted = f64::from(scene.emitters[emitter as usize].light.radiance(&at)[0]);
+            let emitted = f64::from(scene.light_sampler.emitters[emitter as usize].light.radiance(&at)[0]);
             let area = frame.area_factor(normal) / point.pdf;
             power += emitted * cos * area * frame.solid_angle_factor(chart) * 4.0 * PI;
             local_area += area;
@@ -114,7 +114,8 @@ fn leave(scene: &Scene, i: u64) -> (f64, bhs_core::integrator::Ray) {
     let u = Vec2::new(random(i, 0) as f32, random(i, 1) as f32);
     let point = scene.sample_light(random(i, 2) as f32, u).expect("a lamp");
     let bhs_core::light_sampling::LightSource::Surface { emitter, normal, .. } = point.source else { panic!("no lamp") };
-    let is_wall = matches!(scene.world.geometries[scene.emitters[emitter as usize].geometry as usize], Geometry::Mesh(_));
+    let is_wall =
+        matches!(scene.world.geometries[scene.light_sampler.emitters[emitter as usize].geometry as usize], Geometry::Mesh(_));
     let normal = if is_wall && normal.dot(point.point) > 0.0 { -normal } else { normal };
     let frame = point.observer.frame;
     let local = (direction(random(i, 3), random(i, 4)) + frame.local_normal(normal)).normalize();

@@ -89,12 +89,12 @@ fn default(kind: &str, plugin: &str, parameter: &str, expected: &str) -> bool {
 /// Direction of the sky that the first light is aimed at.
 fn sky(text: &str) -> DVec3 {
     let built = common::build(&format!("WorldBegin\n{text}"));
-    built.scene.lights[0].sample_sky(Vec2::splat(0.5)).expect("a light of the sky").direction
+    built.scene.light_sampler.lights[0].sample_sky(Vec2::splat(0.5)).expect("a light of the sky").direction
 }
 
 /// Intensity of the first light in a direction.
 fn intensity(text: &str, along: DVec3) -> f32 {
-    common::build(&format!("WorldBegin\n{text}")).scene.lights[0].intensity(along.normalize(), [500.0; 4])[0]
+    common::build(&format!("WorldBegin\n{text}")).scene.light_sampler.lights[0].intensity(along.normalize(), [500.0; 4])[0]
 }
 
 const TRIANGLE: &str = "Shape \"trianglemesh\" \"point3 P\" [-9 -9 0  9 -9 0  0 9 0] \"integer indices\" [0 1 2]";

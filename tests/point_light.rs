@@ -39,7 +39,7 @@ fn room() -> BuiltScene {
 /// Power that arrives on each geometry, per power emitted into all directions: light rays followed from the light.
 fn forwards(built: &BuiltScene, rays: u64) -> Vec<f64> {
     let scene = &built.scene;
-    let y = scene.lights[0].position().expect("a point light");
+    let y = scene.light_sampler.lights[0].position().expect("a point light");
     let frame = scene.observer(bhs_core::spacetime::Place::near(y)).expect("outside").frame;
     let mut arrived = vec![0.0; scene.shapes.len()];
     for i in 0..rays {
@@ -81,7 +81,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
                 let mut occluded = [false];
                 connections.occluded_all(&scene.world, &[shadow_ray], &mut occluded);
                 if !occluded[0] {
-                    let arriving = scene.arriving(&light, &c, observer, &lambda);
+                    let arriving = scene.light_sampler.arriving(&light, &c, observer, &lambda, &scene.world.conventions);
                     irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
                 }
             }

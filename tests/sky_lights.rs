@@ -153,7 +153,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
             let mut escaped = [false];
             scene.integrator.escape_all(&scene.world, &[(start, light.side)], &mut escaped);
             if escaped[0] {
-                let arriving = scene.arriving(&light, &c, observer, &lambda);
+                let arriving = scene.light_sampler.arriving(&light, &c, observer, &lambda, &scene.world.conventions);
                 irradiance += f64::from(arriving.emitted[0]) * light.pdf / arriving.density * cos.abs();
             }
         }

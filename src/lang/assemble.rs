@@ -13,7 +13,7 @@ use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
 use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
-use bhs_core::light_sampling::Emitter;
+use bhs_core::light_sampling::{Emitter, LightSampler};
 use bhs_core::material::Material;
 use bhs_core::sampling::Discrete;
 use bhs_core::scene::{Footprints, Scene, ShapeBinding};
@@ -38,7 +38,7 @@ pub(super) struct Parts {
     pub area_lights: Vec<Option<Box<dyn AreaLight>>>,
     pub lights: Vec<PartLight>,
     /// Whether the light transport samples lights.
-    pub aims_at_lights: bool,
+    pub samples_lights: bool,
     pub shapes: Vec<Part>,
     pub objects: Vec<ObjectPart>,
 }
@@ -128,12 +128,12 @@ pub(super) fn assemble(
         }
     }
     let joins = integrator.as_ref().is_none_or(|i| i.connections().is_some());
-    let aims = match (parts.aims_at_lights, joins) {
+    let sampling = match (parts.samples_lights, joins) {
         (true, true) => Ok(()),
-        (true, false) => Err("use Integrator \"adaptive\" \"bool connections\" true, or a lamp that has a size"),
-        (false, _) => Err("use LightTransport \"path\" with light sampling, or a lamp that has a size"),
+        (true, false) => Err("use Integrator \"adaptive\" \"bool connections\" true, or a light that has a size"),
+        (false, _) => Err("use LightTransport \"path\" with light sampling, or a light that has a size"),
     };
-    check_points(&parts.lights, aims, in_world.as_ref(), found);
+    check_points(&parts.lights, sampling, in_world.as_ref(), found);
     warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
     if has_errors(found) {
         return None;
@@ -195,19 +195,19 @@ pub(super) fn assemble(
     let [lo, hi] = lambda_range;
     let power =
         emitters.iter().map(|e: &Emitter| finite_power(e.light.exitance(lo, hi) * e.area(&geometries[e.geometry as usize])));
-    let mut light_sides = Vec::new();
+    let mut sides = Vec::new();
     let lights: Vec<Arc<dyn Light>> = parts
         .lights
         .into_iter()
         .filter_map(|part| {
             let mut light = part.light?;
             light.rebase(origin);
-            light_sides.push(part.side);
+            sides.push(part.side);
             Some(Arc::from(light))
         })
         .collect();
     let radius = scene_radius(&bounds);
-    let light_choice = Discrete::new(power.chain(lights.iter().map(|l| finite_power(l.power(lo, hi, radius)))));
+    let choice = Discrete::new(power.chain(lights.iter().map(|l| finite_power(l.power(lo, hi, radius)))));
 
     let (intersector_span, builder) = parts.intersector?;
     let far = geometries.split_off(first_far);
@@ -240,7 +240,8 @@ pub(super) fn assemble(
     }
     let view = further_views.pop_front()?;
     let footprints = view.footprints;
-    let scene = Scene { world, integrator, shapes: bindings, emitters, lights, light_sides, light_choice, footprints };
+    let light_sampler = LightSampler { emitters, lights, sides, choice };
+    let scene = Scene { world, integrator, shapes: bindings, light_sampler, footprints };
     Some(Assembled { scene, view, further_views, integrator_name, load })
 }
 
@@ -323,7 +324,7 @@ fn check_points(lights: &[PartLight], samples: Result<(), &str>, gravity: Option
             if let Err(help) = samples
                 && light.sample_sky(Vec2::splat(0.5)).is_some_and(|s| s.is_parallel)
             {
-                not_found(span, "no path leaves the scene in exactly its direction by chance", help, found);
+                not_found(span, "no path leaves the scene in exactly its direction: only light sampling finds it", help, found);
             }
             continue;
         };
@@ -331,7 +332,7 @@ fn check_points(lights: &[PartLight], samples: Result<(), &str>, gravity: Option
         if let Err(help) = samples
             && stands
         {
-            not_found(span, "no path meets a point by chance", help, found);
+            not_found(span, "no path meets a point: only light sampling finds it", help, found);
         }
     }
 }

@@ -196,7 +196,7 @@ pub fn build(
             };
             description.lights.iter().map(light).collect()
         },
-        aims_at_lights: transport.as_ref().is_none_or(|t| t.samples_lights()),
+        samples_lights: transport.as_ref().is_none_or(|t| t.samples_lights()),
         shapes,
         objects,
         gravity,

@@ -1,6 +1,6 @@
-//! Lamps that lie in the very plane of another surface: which of the two light meets is a matter of rounding, and transports disagree.
+//! Emitters that lie in the very plane of another surface: which of the two light meets is a matter of rounding, and transports disagree.
 //!
-//! Only surfaces that emit are held against the others, by boxes first; very large lamps and meshes are looked at in part.
+//! Only surfaces that emit are held against the others, by boxes first; very large emitters and meshes are looked at in part.
 
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, triangle_area};
@@ -9,9 +9,9 @@ use glam::{DVec2, DVec3, Vec2};
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
-/// Triangles of one lamp that are looked at, the largest ones.
-const TRIANGLES_OF_A_LAMP: usize = 64;
-/// Pieces of lamps that are looked at, in the order of the scene.
+/// Triangles of one emitter that are looked at, the largest ones.
+const TRIANGLES_OF_AN_EMITTER: usize = 64;
+/// Pieces of emitters that are looked at, in the order of the scene.
 const PIECES: usize = 1 << 16;
 /// Triangles of other surfaces whose boxes are compared, small meshes first.
 const TRIANGLES: usize = 1 << 22;
@@ -26,10 +26,10 @@ const SHARED: f64 = 1e-4;
 /// How far apart single precision cannot tell two surfaces, relative to their coordinates: a few roundings.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
-/// Warns of each lamp that overlaps another surface in its plane; `spans` are the places of the shapes' names, by geometry.
+/// Warns of each emitter that overlaps another surface in its plane; `spans` are the places of the shapes' names, by geometry.
 pub(super) fn warn(geometries: &[Geometry], bindings: &[ShapeBinding], spans: &[Span], found: &mut Vec<Diagnostic>) {
-    let lamps = bindings.iter().enumerate().filter(|(_, b)| b.emitter.is_some()).map(|(i, _)| i);
-    let pieces: Vec<Piece> = lamps.flat_map(|i| pieces(i, &geometries[i])).take(PIECES).collect();
+    let emitters = bindings.iter().enumerate().filter(|(_, b)| b.emitter.is_some()).map(|(i, _)| i);
+    let pieces: Vec<Piece> = emitters.flat_map(|i| pieces(i, &geometries[i])).take(PIECES).collect();
     if pieces.is_empty() {
         return;
     }
@@ -54,10 +54,10 @@ pub(super) fn warn(geometries: &[Geometry], bindings: &[ShapeBinding], spans: &[
             search.compare(&tree, &Piece::of_triangle(i, corners));
         }
     }
-    for (lamp, other) in search.pairs.into_iter().take(WARNINGS) {
+    for (emitter, other) in search.pairs.into_iter().take(WARNINGS) {
         found.push(
             Diagnostic::warning("coplanar-light", "this light lies in the plane of another surface, and the two overlap")
-                .at(spans[lamp], "which of the two is met is a matter of rounding")
+                .at(spans[emitter], "which of the two is met is a matter of rounding")
                 .and(spans[other], "the other surface")
                 .help("move the light a little off the surface, or leave a hole in the surface where the light is"),
         );
@@ -82,15 +82,15 @@ enum Form<'a> {
     },
 }
 
-/// The pieces of a lamp.
+/// The pieces of an emitter.
 fn pieces(index: usize, geometry: &Geometry) -> Vec<Piece<'_>> {
     if let Geometry::Analytic(surface) = geometry {
         return vec![Piece::of_surface(index, surface.as_ref())];
     }
     let mut triangles: Vec<[DVec3; 3]> = (0..geometry.triangle_count() as u32).filter_map(|t| geometry.corners(t)).collect();
-    if triangles.len() > TRIANGLES_OF_A_LAMP {
+    if triangles.len() > TRIANGLES_OF_AN_EMITTER {
         triangles.sort_by(|a, b| triangle_area(*b).total_cmp(&triangle_area(*a)));
-        triangles.truncate(TRIANGLES_OF_A_LAMP);
+        triangles.truncate(TRIANGLES_OF_AN_EMITTER);
     }
     triangles.into_iter().map(|corners| Piece::of_triangle(index, corners)).collect()
 }
@@ -217,17 +217,17 @@ fn area(polygon: &[DVec2]) -> f64 {
 /// What has been found so far.
 struct Search<'a> {
     bindings: &'a [ShapeBinding],
-    /// Geometries of lamps and of what they overlap.
+    /// Geometries of emitters and of what they overlap.
     pairs: BTreeSet<(usize, usize)>,
     compared: usize,
 }
 
 impl Search<'_> {
-    /// Holds a piece of a surface against all lamps that are near it.
+    /// Holds a piece of a surface against all emitters that are near it.
     fn compare(&mut self, tree: &Tree, piece: &Piece) {
-        tree.near(&piece.bounds, &mut |lamp| {
-            let (mut pair, index) = ((lamp.geometry, piece.geometry), |g: usize| self.bindings[g].index);
-            // Of two lamps, each is the other's: the later one is named first.
+        tree.near(&piece.bounds, &mut |emitter| {
+            let (mut pair, index) = ((emitter.geometry, piece.geometry), |g: usize| self.bindings[g].index);
+            // Of two emitters, each is the other's: the later one is named first.
             if self.bindings[pair.1].emitter.is_some() && pair.0 < pair.1 {
                 pair = (pair.1, pair.0);
             }
@@ -236,14 +236,14 @@ impl Search<'_> {
                 return;
             }
             self.compared += 1;
-            if lamp.overlaps(piece) {
+            if emitter.overlaps(piece) {
                 self.pairs.insert(pair);
             }
         });
     }
 }
 
-/// Pieces of lamps by their boxes: each inner node has the boxes of two halves.
+/// Pieces of emitters by their boxes: each inner node has the boxes of two halves.
 struct Tree<'a> {
     pieces: Vec<Piece<'a>>,
     /// Boxes of ranges of pieces: of all, then of the halves, and so on; `nodes[i]` has the children `2 i + 1` and `2 i + 2`.
@@ -278,7 +278,7 @@ impl<'a> Tree<'a> {
         Self::divide(right, 2 * node + 2, nodes);
     }
 
-    /// Whether any lamp may lie within a box.
+    /// Whether any emitter may lie within a box.
     fn may_meet(&self, bounds: &Aabb) -> bool {
         self.nodes.first().is_some_and(|all| meet(all, bounds))
     }

@@ -114,7 +114,7 @@ fn attribute_states_defaults() {
     }
     let wide: Vec<f64> = scene.scene.world.geometries.iter().map(|g| g.bounds().max.x).collect();
     assert!(wide.iter().zip([4.0, 3.0, 1.0]).all(|(w, r)| (w - r).abs() < 1e-3 * r), "{wide:?}");
-    let power = |text: &str| built(text).scene.lights[0].power(360.0, 830.0, 1.0);
+    let power = |text: &str| built(text).scene.light_sampler.lights[0].power(360.0, 830.0, 1.0);
     let (given, plain) = (
         power("Attribute \"light\" \"float scale\" 3 WorldBegin LightSource \"point\""),
         power("WorldBegin LightSource \"point\""),
@@ -216,7 +216,7 @@ fn scenes_far_from_the_origin_are_moved_to_it() {
 }
 
 #[test]
-fn lamps_are_chosen_by_power_and_shapes_keep_their_numbers() {
+fn lights_are_chosen_by_power_and_shapes_keep_their_numbers() {
     let scene = built(
         "WorldBegin Shape \"sphere\"
          AreaLightSource \"diffuse\" \"spectrum L\" 2
@@ -225,7 +225,8 @@ fn lamps_are_chosen_by_power_and_shapes_keep_their_numbers() {
     );
     let s = &scene.scene;
     assert_eq!(s.shapes.iter().map(|s| (s.index, s.emitter)).collect::<Vec<_>>(), [(0, None), (1, Some(0)), (2, Some(1))]);
-    let ratio = s.light_choice.probability(0) / s.light_choice.probability(1);
+    let choice = &s.light_sampler.choice;
+    let ratio = choice.probability(0) / choice.probability(1);
     assert!((ratio / (16.0 * std::f64::consts::PI / 0.5) - 1.0).abs() < 1e-5, "{ratio}");
     assert_eq!((scene.load.triangles, scene.load.zero_area_triangles, scene.load.shapes), (1, 1, 3));
 }

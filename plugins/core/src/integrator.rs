@@ -171,7 +171,7 @@ pub trait Connections: Send + Sync {
     /// (rad) and had the direction `sky.0` on the side `sky.1`: what [`Connections::connect_sky`] says of the same one. `None` if it does not offer that
     /// one.
     fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), phi: f64) -> Option<f64>;
-    /// Whether something stands in the way of each of `shadow_rays`, written to the places of `occluded`; and what that took, all of them together.
+    /// Whether each of `shadow_rays` is occluded, written to the places of `occluded`; and what that took, all of them together.
     fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost;
 }
 
@@ -202,8 +202,8 @@ pub trait Integrator: Send + Sync {
         cost
     }
 
-    /// The geodesics between two points, if this integrator can find them; where it cannot, light transport lives on
-    /// emission found by chance.
+    /// The geodesics between two points, if this integrator can find them; where it cannot, light transport relies on
+    /// BSDF sampling.
     fn connections(&self) -> Option<&dyn Connections>;
 }
 

@@ -32,7 +32,7 @@ pub struct SkySample {
     pub direction: DVec3,
     /// Its density per solid angle, far from the hole; 1 for a light that shines from one direction.
     pub pdf: f64,
-    /// Whether the light shines from one direction: no path meets it by chance.
+    /// Whether the light shines from one direction: BSDF sampling does not find it.
     pub is_parallel: bool,
 }
 
@@ -44,7 +44,7 @@ pub trait Light: Send + Sync {
         SampledSpectrum::ZERO
     }
 
-    /// A direction in which to look for this light of the sky, drawn from two numbers in [0,1). `None` for a light that is left to chance:
+    /// A direction in which to look for this light of the sky, drawn from two numbers in [0,1). `None` for a light that only BSDF sampling finds:
     /// one that shines alike from everywhere, or not from the sky at all.
     fn sample_sky(&self, _u: Vec2) -> Option<SkySample> {
         None
@@ -73,7 +73,7 @@ pub trait Light: Send + Sync {
         SampledSpectrum::ZERO
     }
 
-    /// Power averaged over `lo..=hi` (nm) of a light that can be aimed at [W nm^-1]: what lights are chosen by. Of a light of the sky it
+    /// Power averaged over `lo..=hi` (nm) of a light that can be sampled [W nm^-1]: what lights are chosen by. Of a light of the sky it
     /// is what falls on a sphere of the given radius, which is that of the scene (scene units).
     fn power(&self, _lo: f32, _hi: f32, _radius: f64) -> f64 {
         0.0

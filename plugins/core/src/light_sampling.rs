@@ -1,14 +1,14 @@
 //! Light sampling: points of the lights, chosen by power, and what arrives from them along a geodesic.
 
 use crate::geometry::{Geometry, sample_triangle, triangle_area};
-use crate::integrator::Connection;
+use crate::integrator::{Connection, SurfaceHit};
 use crate::intersector::Primitive;
-use crate::light::{AreaLight, Emission};
-use crate::observer::Observer;
+use crate::light::{AreaLight, Emission, Light};
+use crate::observer::{Conventions, Observer};
 use crate::sampling::Discrete;
-use crate::scene::{Scene, Vertex};
 use crate::spacetime::{Place, Side};
-use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
+use crate::world::World;
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
 
@@ -47,7 +47,7 @@ impl Emitter {
 pub enum LightSource {
     /// A surface that emits.
     Surface {
-        /// Index in [`Scene::emitters`].
+        /// Index in [`LightSampler::emitters`].
         emitter: u32,
         /// The triangle or analytic surface.
         primitive: Primitive,
@@ -58,12 +58,12 @@ pub enum LightSource {
     },
     /// A light that shines from a point.
     Point {
-        /// Index in [`Scene::lights`].
+        /// Index in [`LightSampler::lights`].
         light: u32,
     },
     /// A light infinitely far away.
     Sky {
-        /// Index in [`Scene::lights`].
+        /// Index in [`LightSampler::lights`].
         light: u32,
         /// Whether it shines from one direction.
         is_parallel: bool,
@@ -71,7 +71,7 @@ pub enum LightSource {
 }
 
 impl LightSource {
-    /// Number of the light in [`Scene::light_choice`], in a scene of so many surfaces that emit.
+    /// Number of the light in [`LightSampler::choice`], in a scene of so many surfaces that emit.
     #[inline]
     pub fn number(&self, emitters: usize) -> u32 {
         match self {
@@ -118,16 +118,41 @@ pub struct Arriving {
     pub is_point: bool,
 }
 
-impl Scene {
-    /// Draws a point of a light: the light by power, the point by chart area. `None` if there is no light to aim at, or if
-    /// nobody can stand at the point.
-    pub fn sample_light(&self, choice: f32, u: Vec2) -> Option<LightSample> {
-        let (index, rest) = self.light_choice.sample(choice)?;
-        let chosen = self.light_choice.probability(index);
+/// The lights of a scene, and how light sampling chooses among them.
+#[derive(Default)]
+pub struct LightSampler {
+    /// The surfaces that emit.
+    pub emitters: Vec<Emitter>,
+    /// Lights that are not surfaces.
+    pub lights: Vec<Arc<dyn Light>>,
+    /// The side of a wormhole that each of `lights` is on.
+    pub sides: Vec<Side>,
+    /// Choice by power: first the emitters, then all of `lights` (whose power is 0 if only BSDF sampling finds them).
+    pub choice: Discrete,
+}
+
+impl LightSampler {
+    /// Whether there is a light that can be sampled.
+    #[inline]
+    pub fn can_sample(&self) -> bool {
+        self.choice.total() > 0.0
+    }
+
+    /// Draws a point of a light: the light by power, the point by chart area. `None` if there is no light to sample, or no static observer at
+    /// the point. `observer`: that at a place.
+    pub fn sample(
+        &self,
+        world: &World,
+        observer: impl FnOnce(Place) -> Option<Observer>,
+        choice: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let (index, rest) = self.choice.sample(choice)?;
+        let chosen = self.choice.probability(index);
         let (source, point, pdf) = match self.emitters.get(index) {
             None => {
                 let index = index - self.emitters.len();
-                let (light, side, number) = (&self.lights[index], self.light_sides[index], index as u32);
+                let (light, side, number) = (&self.lights[index], self.sides[index], index as u32);
                 match light.position() {
                     Some(point) => (LightSource::Point { light: number }, Place { x: point, side }, chosen),
                     None => {
@@ -143,7 +168,7 @@ impl Scene {
                 }
             }
             Some(emitter) => {
-                let (primitive, point, pdf, s) = match &self.world.geometries[emitter.geometry as usize] {
+                let (primitive, point, pdf, s) = match &world.geometries[emitter.geometry as usize] {
                     Geometry::Analytic(surface) => {
                         let s = surface.sample(u);
                         (0, s.point, chosen * s.pdf, (s.normal, s.uv))
@@ -155,24 +180,59 @@ impl Scene {
                         (triangle as u32, point, chosen / emitter.triangles.total(), (s.normal, s.uv))
                     }
                 };
-                let point = Place { x: point, side: self.world.side_of(emitter.geometry) };
+                let point = Place { x: point, side: world.side_of(emitter.geometry) };
                 let primitive = Primitive { geometry: emitter.geometry, primitive };
                 (LightSource::Surface { emitter: index as u32, primitive, normal: s.0, uv: s.1 }, point, pdf)
             }
         };
-        let observer = self.world.static_observer(point)?;
+        let observer = observer(point)?;
         Some(LightSample { source, point: point.x, side: point.side, pdf, observer })
     }
 
-    /// The density with which [`Scene::sample_light`] draws the surface point of `vertex`, with respect to chart area.
-    pub fn light_pdf(&self, vertex: &Vertex) -> f64 {
-        let Some(index) = self.shapes[vertex.hit.geometry as usize].emitter else { return 0.0 };
-        let emitter = &self.emitters[index as usize];
-        let within = match &self.world.geometries[emitter.geometry as usize] {
-            Geometry::Analytic(surface) => surface.pdf(vertex.hit.point),
-            _ => 1.0 / emitter.triangles.total(),
+    /// The density with which [`LightSampler::sample`] draws the point of `hit`, which lies on emitter number `emitter`, with respect to chart
+    /// area.
+    pub fn pdf(&self, world: &World, emitter: u32, hit: &SurfaceHit) -> f64 {
+        let Emitter { geometry, triangles, .. } = &self.emitters[emitter as usize];
+        let within = match &world.geometries[*geometry as usize] {
+            Geometry::Analytic(surface) => surface.pdf(hit.point),
+            _ => 1.0 / triangles.total(),
         };
-        self.light_choice.probability(index as usize) * within
+        self.choice.probability(emitter as usize) * within
+    }
+
+    /// The light from far away on the side `sky.1` along the chart direction `sky.0`, at the wavelengths `lambda` at E = 1.
+    pub fn sky(&self, sky: (DVec3, Side), lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.sum_of_sky(sky.1, lambda, |_, light, lambda_nm| light.sky_radiance(sky.0, lambda_nm))
+    }
+
+    /// The same, each light that [`LightSampler::sample`] draws multiplied by `weight` of the density with which it draws the direction (per
+    /// solid angle far from all mass).
+    pub fn sky_weighted(
+        &self,
+        (direction, side): (DVec3, Side),
+        lambda: &SampledWavelengths,
+        weight: impl Fn(f64) -> f32,
+    ) -> SampledSpectrum {
+        self.sum_of_sky(side, lambda, |i, light, lambda_nm| {
+            let radiance = light.sky_radiance(direction, lambda_nm);
+            let choice = self.choice.probability(self.emitters.len() + i);
+            let pdf = if choice > 0.0 { choice * light.sky_pdf(direction) } else { 0.0 };
+            if pdf > 0.0 { radiance * weight(pdf) } else { radiance }
+        })
+    }
+
+    #[inline]
+    fn sum_of_sky(
+        &self,
+        side: Side,
+        lambda: &SampledWavelengths,
+        of: impl Fn(usize, &dyn Light, [f32; N_LAMBDA]) -> SampledSpectrum,
+    ) -> SampledSpectrum {
+        let mut sum = SampledSpectrum::ZERO;
+        for (i, light) in self.lights.iter().enumerate().filter(|(i, _)| self.sides[*i] == side) {
+            sum += of(i, light.as_ref(), lambda.lambda_nm);
+        }
+        sum
     }
 
     /// What arrives at `receiver` from `sample` along `connection`, which leads from the receiver to the light.
@@ -182,10 +242,11 @@ impl Scene {
         connection: &Connection,
         receiver: &Observer,
         lambda: &SampledWavelengths,
+        conventions: &Conventions,
     ) -> Arriving {
         let at_light = &sample.observer;
         let ratio = at_light.ratio(connection.arrival);
-        let (lambda_nm, factor) = (lambda.at(ratio as f32), self.radiance_factor(ratio));
+        let (lambda_nm, factor) = (lambda.at(ratio as f32), conventions.radiance_factor(ratio));
         let leaving = -at_light.local_direction(connection.arrival);
         let per_solid_angle = sample.pdf * connection.spread / receiver.solid_angle_factor(connection.launch);
         match sample.source {

@@ -51,6 +51,13 @@ pub struct Conventions {
 }
 
 impl Conventions {
+    /// Spectral radiance per wavelength at E = 1 over that where the wavelength is `ratio` times as long: `L lambda^5` is constant along a
+    /// ray (Liouville; I_nu/nu^3 is invariant).
+    #[inline]
+    pub fn radiance_factor(&self, ratio: f64) -> f32 {
+        if ratio == 1.0 || !self.radiance_shift { 1.0 } else { ratio.powi(5) as f32 }
+    }
+
     /// All that there is.
     pub const NATURE: Self = Self { redshift: true, radiance_shift: true, frame: FrameConvention::Static };
 

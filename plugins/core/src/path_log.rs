@@ -22,7 +22,7 @@ pub enum PathEvent {
     Found(SampledSpectrum),
     /// Light sampling has traced a shadow ray to a point or a direction.
     Sampled {
-        /// Number of the light as in [`crate::scene::Scene::light_choice`]: first the surfaces that emit, then the others.
+        /// Number of the light as in [`crate::light_sampling::LightSampler::choice`]: first the surfaces that emit, then the others.
         light: u32,
         /// Its point, or its direction in the sky.
         place: LightPlace,

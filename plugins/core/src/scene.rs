@@ -1,17 +1,16 @@
-//! A built scene as light transport sees it: vertices with their observers (for lights to sample: `light_sampling.rs`).
+//! A built scene as light transport sees it: vertices with their observers and its lights.
 
 use crate::camera::{CameraRay, Viewpoint};
 use crate::geometry::SurfaceGeometry;
 use crate::integrator::{Integrator, Ray, SurfaceHit};
-use crate::light::{Emission, Light};
-use crate::light_sampling::Emitter;
+use crate::light::Emission;
+use crate::light_sampling::{Emitter, LightSample, LightSampler};
 use crate::material::{Material, Shading};
 use crate::observer::Observer;
-use crate::sampling::Discrete;
-use crate::spacetime::{Place, Side};
-use crate::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
+use crate::spacetime::Place;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::world::World;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
 /// What a geometry is made of.
@@ -19,7 +18,7 @@ use std::sync::Arc;
 pub struct ShapeBinding {
     /// Its material.
     pub material: Arc<dyn Material>,
-    /// Index of its emission in [`Scene::emitters`].
+    /// Index of its emission in [`LightSampler::emitters`].
     pub emitter: Option<u32>,
     /// Number of the `Shape` directive in the scene, counted from 0.
     pub index: u32,
@@ -33,15 +32,8 @@ pub struct Scene {
     pub integrator: Box<dyn Integrator>,
     /// What each geometry is made of, by geometry index.
     pub shapes: Vec<ShapeBinding>,
-    /// The surfaces that emit.
-    pub emitters: Vec<Emitter>,
-    /// Lights that are not surfaces.
-    pub lights: Vec<Arc<dyn Light>>,
-    /// The side of a wormhole that each of `lights` is on.
-    pub light_sides: Vec<Side>,
-    /// Choice by power of what light sampling aims at: first the emitters, then all of `lights` (whose power is 0 if they are left to
-    /// chance).
-    pub light_choice: Discrete,
+    /// Its lights.
+    pub light_sampler: LightSampler,
     /// How finely rays are told from their neighbours.
     pub footprints: Footprints,
 }
@@ -55,8 +47,8 @@ pub struct Footprints {
     pub rough: f64,
 }
 
-/// Footprint of rays that leave a rough surface, relative to the diagonal of the box around all surfaces. A lamp that is found by
-/// chance loses a strip of a tenth of it along one edge; where that was 1e-2, rooms lit so were 0.2 % too dark (docs/accuracy.md).
+/// Footprint of rays that leave a rough surface, relative to the diagonal of the box around all surfaces. A light that BSDF
+/// sampling finds loses a strip of a tenth of it along one edge; where that was 1e-2, rooms lit so were 0.2 % too dark (docs/accuracy.md).
 const ROUGH_FOOTPRINT: f64 = 1e-3;
 
 impl Footprints {
@@ -181,7 +173,7 @@ impl Scene {
             radiance_factor: self.radiance_factor(ratio),
             shading: Shading { uv: surface.uv, lambda_nm: lambda.at(ratio as f32) },
             material: &*binding.material,
-            emitter: binding.emitter.map(|e| &self.emitters[e as usize]),
+            emitter: binding.emitter.map(|e| &self.light_sampler.emitters[e as usize]),
             wo: to_shading(wo),
             wn: to_shading(ng),
             axes,
@@ -231,44 +223,17 @@ impl Scene {
     /// ray (Liouville; I_nu/nu^3 is invariant).
     #[inline]
     pub fn radiance_factor(&self, ratio: f64) -> f32 {
-        if ratio == 1.0 || !self.world.conventions.radiance_shift { 1.0 } else { ratio.powi(5) as f32 }
+        self.world.conventions.radiance_factor(ratio)
     }
 
-    /// The light from far away on the side `sky.1` along the chart direction `sky.0`, at the wavelengths `lambda` at E = 1.
-    pub fn sky(&self, sky: (DVec3, Side), lambda: &SampledWavelengths) -> SampledSpectrum {
-        self.sum_of_sky(sky.1, lambda, |_, light, lambda_nm| light.sky_radiance(sky.0, lambda_nm))
+    /// Draws a point of a light: see [`LightSampler::sample`].
+    pub fn sample_light(&self, choice: f32, u: Vec2) -> Option<LightSample> {
+        self.light_sampler.sample(&self.world, |place| self.observer(place), choice, u)
     }
 
-    /// The same, each light that [`Scene::sample_light`] aims at multiplied by `weight` of the density with which it draws the direction
-    /// (per solid angle far from the hole).
-    pub fn sky_weighted(
-        &self,
-        (direction, side): (DVec3, Side),
-        lambda: &SampledWavelengths,
-        weight: impl Fn(f64) -> f32,
-    ) -> SampledSpectrum {
-        self.sum_of_sky(side, lambda, |i, light, lambda_nm| {
-            let radiance = light.sky_radiance(direction, lambda_nm);
-            let choice = self.light_choice.probability(self.emitters.len() + i);
-            let pdf = if choice > 0.0 { choice * light.sky_pdf(direction) } else { 0.0 };
-            if pdf > 0.0 { radiance * weight(pdf) } else { radiance }
-        })
-    }
-
-    #[inline]
-    fn sum_of_sky(
-        &self,
-        side: Side,
-        lambda: &SampledWavelengths,
-        of: impl Fn(usize, &dyn Light, [f32; N_LAMBDA]) -> SampledSpectrum,
-    ) -> SampledSpectrum {
-        let mut sum = SampledSpectrum::ZERO;
-        if self.lights.is_empty() {
-            return sum;
-        }
-        for (i, light) in self.lights.iter().enumerate().filter(|(i, _)| self.light_sides[*i] == side) {
-            sum += of(i, light.as_ref(), lambda.lambda_nm);
-        }
-        sum
+    /// The density with which [`Scene::sample_light`] draws the surface point of `vertex`, with respect to chart area.
+    pub fn light_pdf(&self, vertex: &Vertex) -> f64 {
+        let emitter = self.shapes[vertex.hit.geometry as usize].emitter;
+        emitter.map_or(0.0, |emitter| self.light_sampler.pdf(&self.world, emitter, &vertex.hit))
     }
 }

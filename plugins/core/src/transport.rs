@@ -76,7 +76,7 @@ pub trait LightTransport: Send + Sync {
         if saved.is_empty() { Ok(()) } else { Err("the light transport has no memory, and some was saved".to_owned()) }
     }
 
-    /// Whether it aims at lights: one that does not cannot find a light that shines from a point.
+    /// Whether it samples lights (next-event estimation): one that does not cannot find a light that shines from a point.
     fn samples_lights(&self) -> bool {
         false
     }

@@ -2,7 +2,7 @@
 //!
 //! `L` is the irradiance on a surface at right angles to the light (pbrt-v4's name), as an observer at rest far from any hole measures it.
 //! Around a hole the light comes along all geodesics that start parallel far away and reach the surface; that focuses it behind the hole.
-//! No path meets it by chance: it takes a light transport that samples lights.
+//! BSDF sampling does not find it: it takes a light transport that samples lights.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|

@@ -3,7 +3,7 @@
 //! The light of every ray that leaves the scene. The radiance is that which an observer at rest far from any hole sees. A picture is
 //! equirectangular (pbrt-v4's are octahedral), in OpenEXR, Radiance HDR, PNG or JPEG. In the space of the light, +z is up: the top row of
 //! the picture is +z, its left edge +x, and it goes on towards +y. A red, green and blue of 1 is D65 of luminance 1. Light sampling draws
-//! directions of a picture by its luminance; the sky of one radiance is found by chance.
+//! directions of a picture by its luminance; the sky of one radiance is found by BSDF sampling.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|

@@ -1,6 +1,6 @@
 //! `point`: a light that shines from a point, equally in all directions.
 //!
-//! The intensity is that which an observer at rest beside it sees. No path meets a point by chance: it is found by light sampling
+//! The intensity is that which an observer at rest beside it sees. BSDF sampling does not find a point: it is found by light sampling
 //! alone, along every geodesic that joins it with a surface. Without a hole the light falls off with the square of the distance;
 //! near one as the geodesics spread.
 //!

@@ -3,8 +3,8 @@
 //! The coat reflects as a dielectric does, smooth or rough; what it lets through meets Lambert's law on the ground, and light goes to
 //! and fro between the two. A matt ground forgets where light came from, so that the sum over all ways has a closed form: besides the
 //! coat's own reflection, the BSDF is `r/pi T(o) T(i) / (eta^2 (1 - r K))`, with the share T that the coat lets through and the share K
-//! of the ground's light that it sends back. This is what the random walk of pbrt-v4's `coateddiffuse` estimates; here nothing is
-//! left to chance. It is reciprocal, and a white ground under a smooth coat without thickness loses no light.
+//! of the ground's light that it sends back. This is what the random walk of pbrt-v4's `coateddiffuse` estimates; here the sum is
+//! exact. It is reciprocal, and a white ground under a smooth coat without thickness loses no light.
 //!
 //! Source: Jakob et al. 2014, "A Comprehensive Framework for Rendering Layered Materials", section 4; names and defaults of pbrt-v4.
 //!

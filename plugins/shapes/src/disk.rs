@@ -2,7 +2,7 @@
 //!
 //! The outer side is that of +z, mirrored by the transform or not; `ReverseOrientation` turns it. `innerradius` leaves a ring and
 //! `phimax` a sector. Texture coordinates are pbrt's: u = phi/phimax with the azimuth phi from x to y, v from 0 at `radius` to 1 at
-//! `innerradius`. As a lamp it is sampled uniformly, with its hole and its sector (pbrt-v4 samples the whole disk).
+//! `innerradius`. As a light it is sampled uniformly, with its hole and its sector (pbrt-v4 samples the whole disk).
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|

@@ -109,9 +109,11 @@ impl Chosen {
         swept: f64,
         lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
-        scene.sky_weighted(sky, lambda, |pdf| match connections.spread_sky(&scene.world, self.from, ray.direction, sky, swept) {
-            Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
-            None => 1.0,
+        scene.light_sampler.sky_weighted(sky, lambda, |pdf| {
+            match connections.spread_sky(&scene.world, self.from, ray.direction, sky, swept) {
+                Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
+                None => 1.0,
+            }
         })
     }
 }
@@ -203,7 +205,7 @@ impl Path {
     /// Follows up to [`BATCH`] paths to their ends.
     fn follow_batch(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
         let guide = self.guide.as_ref();
-        let samples_lights = self.light_sampling && scene.light_choice.total() > 0.0;
+        let samples_lights = self.light_sampling && scene.light_sampler.can_sample();
         let connections = scene.integrator.connections().filter(|_| samples_lights);
         let mut states: ArrayVec<State, BATCH> = paths.iter().map(State::new).collect();
         let (mut found, mut pending) = (BatchConnections::default(), PendingShadowRays::default());
@@ -321,7 +323,7 @@ impl<'s> Bounce<'_, '_, 's> {
             Arrival::Sky(direction, side) => {
                 let sky = match (connections, &state.chosen) {
                     (Some(c), Some(chosen)) => chosen.sky(scene, c, &state.ray, (direction, side), end.swept, &state.lambda),
-                    _ => scene.sky((direction, side), &state.lambda),
+                    _ => scene.light_sampler.sky((direction, side), &state.lambda),
                 };
                 let found = state.throughput * sky;
                 log.note(|| PathEvent::Found(found));

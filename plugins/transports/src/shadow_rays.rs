@@ -188,7 +188,7 @@ impl LightSampleAt<'_> {
     fn push(&self, connection: &Connection, carried: SampledSpectrum, pending: &mut PendingShadowRays) {
         let Self { scene, vertex, .. } = self;
         let start = vertex.leave(&scene.world, connection.launch, scene.footprints.rough);
-        let light = self.light.source.number(scene.emitters.len());
+        let light = self.light.source.number(scene.light_sampler.emitters.len());
         let contribution = Contribution { path: self.path, radiance: self.throughput * carried, light };
         if matches!(self.light.source, LightSource::Sky { .. }) {
             pending.to_sky.push((start, self.light.side));
@@ -217,7 +217,8 @@ impl LightSampleAt<'_> {
         if scattered.is_zero() || !vertex.is_consistent(wi) {
             return SampledSpectrum::ZERO;
         }
-        let arriving = self.scene.arriving(self.light, connection, &vertex.observer, self.lambda);
+        let Scene { light_sampler, world, .. } = self.scene;
+        let arriving = light_sampler.arriving(self.light, connection, &vertex.observer, self.lambda, &world.conventions);
         let density = arriving.density;
         // Zero where light of a whole circle of directions meets in the point (a light exactly behind the hole): of a surface, the points
         // that are so have no area.
