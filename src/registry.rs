@@ -181,7 +181,8 @@ impl Registry {
     /// The error that a kind has no plugin of this name.
     pub fn unknown<T: Kind + ?Sized>(&self, name: &Spanned<String>) -> Diagnostic {
         let names = self.names::<T>();
-        let help = match did_you_mean(&name.value, names.iter().copied()) {
+        let others = bhs_integrators::OTHER_NAMES.iter().filter(|_| T::WORD == "integrator").map(|(other, _)| *other);
+        let help = match did_you_mean(&name.value, names.iter().copied().chain(others)) {
             Some(near) => format!("did you mean `{near}`?"),
             None if names.is_empty() => format!("there is no {}", T::WORD),
             None => format!("there is {}", names.join(", ")),

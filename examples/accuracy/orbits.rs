@@ -16,10 +16,10 @@ struct Reference {
     truth: State,
 }
 
-/// Steps of `schwarzschild-rk4` (rad).
+/// Steps of `rk4` (rad).
 const STEPS: [f64; 9] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001];
 
-/// What is asked of `schwarzschild-adaptive`, relative to the distance from the hole.
+/// What is asked of `adaptive`, relative to the distance from the hole.
 const TOLERANCES: [f64; 8] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12];
 
 /// Angle after which a stepped orbit is given up (rad).

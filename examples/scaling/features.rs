@@ -41,7 +41,7 @@ pub fn measure() -> Result<()> {
         feature("redshift", &room, &replaced("\"bool redshift\" false", "\"bool redshift\" true")),
         feature("light sampling, flat", &flat.replace(path, &format!("{path} \"bool lightsampling\" false")), &flat),
         feature("light sampling, around the hole", &replaced(path, &format!("{path} \"bool lightsampling\" false")), &room),
-        feature("windings 1", &room, &format!("Integrator \"schwarzschild-adaptive\" \"integer windings\" 1\n{room}")),
+        feature("windings 1", &room, &format!("Integrator \"adaptive\" \"integer windings\" 1\n{room}")),
         feature("a matt sphere, flat", &flat, &format!("{flat}{sphere}")),
         feature("a glass sphere in place of the matt one", &format!("{flat}{sphere}"), &format!("{flat}{glass}")),
         feature("a dim sky, flat", &flat, &format!("{flat}LightSource \"infinite\" \"float L\" 0.01\n")),

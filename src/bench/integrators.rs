@@ -13,13 +13,13 @@ use bhs_core::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Exact, MicroSteps, Rk4, Straight};
 
-/// Steps of `schwarzschild-rk4` (rad).
+/// Steps of `rk4` (rad).
 pub const STEPS: [f64; 6] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01];
 
 /// Steps of the baseline (rad): it takes shorter ones for the same error.
 pub const MICRO_STEPS: [f64; 7] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005];
 
-/// What tables and charts call the baseline, the method of Aikawa, Zhou and Wang 2019: `schwarzschild-rk4` with hits on chords.
+/// What tables and charts call the baseline, the method of Aikawa, Zhou and Wang 2019: `rk4` with hits on chords.
 pub const BASELINE: &str = "micro-steps (paper)";
 
 /// Tolerances, relative to the scene's diagonal.

@@ -17,9 +17,9 @@ use bhs_integrators::{MicroSteps, Straight};
 use glam::DVec3;
 
 /// How the baseline follows rays: fixed micro-steps (Aikawa, Zhou and Wang 2019).
-const BASELINE: &str = "schwarzschild-rk4";
+const BASELINE: &str = "rk4";
 
-/// The angle of its steps (rad): the default of `schwarzschild-rk4`.
+/// The angle of its steps (rad): the default of `rk4`.
 const BASELINE_STEP: f64 = 0.1;
 
 /// Samples a pixel that every method is measured with.

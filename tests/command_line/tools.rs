@@ -121,7 +121,7 @@ fn plugins_are_listed_with_their_parameters() {
     let dir = folder(LIT);
     let (code, out, _) = run(dir.path(), &["plugins"]);
     assert_eq!(code, 0);
-    for name in ["straight", "schwarzschild-rk4", "hemisphere", "path", "conductor", "plymesh", "embree", "reference", "sobol"] {
+    for name in ["straight", "rk4", "hemisphere", "path", "conductor", "plymesh", "embree", "reference", "sobol"] {
         assert!(out.contains(name), "{name} is missing:\n{out}");
     }
     let (code, out, _) = run(dir.path(), &["plugins", "integrator", "schwarzschild-rk4"]);

@@ -22,8 +22,8 @@ pub fn first(count: usize) -> Lanes {
 
 /// Yes of the rays whose bits are set.
 pub fn of_bits(bits: u32) -> Lanes {
-    let numbers = Lanes::from(std::array::from_fn::<f64, LANES, _>(|i| f64::from(bits >> i & 1)));
-    numbers.simd_eq(Lanes::splat(1.0))
+    // All bits of a lane, or none.
+    Lanes::from(std::array::from_fn::<f64, LANES, _>(|i| f64::from_bits(0_u64.wrapping_sub(u64::from(bits) >> i & 1))))
 }
 
 /// The numbers of the bits that are set, from the lowest.

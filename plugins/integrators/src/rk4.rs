@@ -1,10 +1,9 @@
 //! `rk4`: light around holes and in wormholes, by fixed steps in the swept angle.
 //!
-//! Classic Runge-Kutta (order 4) on `u'' = (3/2) rs u^2 - u`, `u = 1/r`; the chords between steps go to the intersector
-//! (order 2: their sagitta is `(3/16) rs step^2`, at every distance from the hole), and what they meet is refined to where the
-//! orbit meets it; where nothing is near, several steps make one chord. With `"string hits" "chord"` every step is a question and what
-//! its chord meets counts as it is (order 2): that is the method of the paper, which has the name `micro-steps` too. Ends on a surface, in the sky or behind the horizon, after as many windings as the orbit makes. The
-//! default in a scene with a hole.
+//! Classic Runge-Kutta (order 4) on the orbit's equation, `u'' = (3/2) rs u^2 - u` without charge, `u = 1/r`; in a refractive index, on
+//! `x'' = grad(n^2)/2`. The chords between steps go to the intersector (order 2: around a hole their sagitta is `(3/16) rs step^2`, at every
+//! distance from it), and what they meet is refined to where the curve meets it. With `"string hits" "chord"` it is [`crate::MicroSteps`], the
+//! method of the paper.
 //! Source: Aikawa, Zhou and Wang 2019, "Diffuse Relativistic Black Hole in the Cornell Box", sections 2 and 3.
 //!
 //! | parameter | type | default | unit | meaning |

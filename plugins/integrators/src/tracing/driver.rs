@@ -1,6 +1,7 @@
 //! Rays from their starts to where they end, one or eight side by side, piece by piece, whatever bends them.
 
 use crate::tracing::arc::Arc;
+use crate::tracing::hits::Hits;
 use crate::tracing::packet::{Packet, Surfaces};
 use bhs_core::integrator::{Arrival, Cost, RayEnd};
 use bhs_core::intersector::Primitive;
@@ -119,6 +120,7 @@ impl<F: Real> Packet<'_, F> {
     /// Not copied into its callers, or the loop over steps is as large as all that it calls.
     #[inline(never)]
     fn go<C: Course<F>>(&mut self, course: &mut C, mut underway: F::Mask, max_steps: u64) {
+        let mut hits = Hits::new();
         for _ in 0..max_steps {
             if !underway.any() {
                 return;
@@ -130,7 +132,7 @@ impl<F: Real> Packet<'_, F> {
             let end = piece.end().min(self.limit);
             self.parameter = F::select(underway, next.until.min(self.limit), self.parameter);
             self.crossing = next.crosses & !there;
-            let met = self.meet(piece, end, underway & end.gt(piece.start()));
+            let met = self.meet(piece, end, underway & end.gt(piece.start()), &mut hits);
             underway = underway & !met;
             self.finish(course, &next, underway, there);
             let crossing = underway & self.crossing;

@@ -171,7 +171,9 @@ impl<F: Real> Packet<'_, F> {
                 meets |= 1 << i;
             }
         }
-        hits.keep(asked, F::Mask::of_bits(meets));
+        if meets != 0 {
+            hits.keep(asked, F::Mask::of_bits(meets));
+        }
         meets
     }
 

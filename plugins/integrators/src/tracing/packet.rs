@@ -201,9 +201,9 @@ impl<'w, F: Real> Packet<'w, F> {
     }
 
     /// Goes along `piece`, which continues those before, to the parameters `end` of `rays`, or as far as the first surface that a ray meets. Which
-    /// rays have met one.
+    /// rays have met one. `hits` holds nothing before and after: it is large.
     #[inline(always)]
-    pub fn meet<A: Arc<F>>(&mut self, piece: &A, end: F, rays: F::Mask) -> F::Mask {
+    pub fn meet<A: Arc<F>>(&mut self, piece: &A, end: F, rays: F::Mask, hits: &mut Hits<F>) -> F::Mask {
         self.last_s = F::select(rays, piece.start(), self.last_s);
         if self.fresh != 0 {
             let fresh = rays & F::Mask::of_bits(self.fresh);
@@ -219,7 +219,6 @@ impl<'w, F: Real> Packet<'w, F> {
         }
         // Those whose chords have met something, and what it was.
         let (mut touched, mut met) = (F::Mask::NONE, F::Mask::NONE);
-        let mut hits = Hits::<F>::new();
         loop {
             let chords = self.leaps(piece, end, &mut going);
             if !chords.any() {
@@ -227,14 +226,14 @@ impl<'w, F: Real> Packet<'w, F> {
                 if !touched.any() {
                     return met;
                 }
-                let arrived = self.resolve_hits(piece, &hits);
+                let arrived = self.resolve_hits(piece, hits);
                 met = met | arrived;
                 going = touched & !arrived;
                 touched = F::Mask::NONE;
                 hits.clear();
                 continue;
             }
-            let meets = self.chords(piece, end, chords, &mut hits);
+            let meets = self.chords(piece, end, chords, hits);
             touched = touched | meets;
             going = going & !meets;
         }
