@@ -1,7 +1,7 @@
 //! The frame under way: sums and weights of pixels, in tiles that are each worked on by one thread at a time.
 
-use crate::image::{Frame, Picture};
-use crate::layers::Value;
+use crate::image::{Frame, Picture, single_precision};
+use crate::layers::{LayerPicture, Value};
 use crate::memory::{self, OutOfMemory};
 use crate::render::Wave;
 use bhs_core::camera::Film;
@@ -296,20 +296,6 @@ pub struct BeyondSinglePrecision {
     pub pixels: u64,
     /// Column and row of one of them in the whole frame.
     pub first: [u32; 2],
-}
-
-/// A value as files keep it: the largest number of its sign in place of what is larger, and 0 for what is no number. Where that happens,
-/// [`Framebuffer::beyond_single_precision`] tells.
-pub fn single_precision(value: f64) -> f32 {
-    if value.is_nan() { 0.0 } else { value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 }
-}
-
-/// A layer of a whole picture.
-pub struct LayerPicture {
-    /// Which.
-    pub layer: Layer,
-    /// Its values, row by row from the top; `None` where no ray has one.
-    pub values: Vec<Option<Value>>,
 }
 
 /// Numbers that a layer of a pixel takes: its channels, and a weight; the variance has sums of squares besides.

@@ -3,6 +3,10 @@
 //! Transports know nothing of it, and a picture without layers pays nothing for it. Where nothing bends light (no hole, or an
 //! integrator of straight rays) the lengths and angles of the orbit are 0, and `g` is 1.
 
+mod picture;
+
+pub use picture::LayerPicture;
+
 use bhs_core::blackhole::BlackHole;
 use bhs_core::camera::Film;
 use bhs_core::integrator::{Arrival, Ray, SurfaceHit};
