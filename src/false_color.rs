@@ -3,8 +3,7 @@
 //! A number becomes a colour of viridis, from dark blue at the data's 1st percentile to yellow at its 99th. A vector becomes
 //! red, green and blue: positions each axis over its own range, directions from -1 to 1. What has no value is black.
 
-use crate::film::LayerPicture;
-use crate::layers::Value;
+use crate::layers::{LayerPicture, Value};
 use bhs_core::layer::Layer;
 use std::path::{Path, PathBuf};
 

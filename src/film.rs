@@ -1,7 +1,7 @@
 //! The frame under way: sums and weights of pixels, in tiles that are each worked on by one thread at a time.
 
-use crate::image::{Frame, Picture};
-use crate::layers::Value;
+use crate::image::{Frame, Picture, single_precision};
+use crate::layers::{LayerPicture, Value};
 use crate::memory::{self, OutOfMemory};
 use crate::render::Wave;
 use bhs_core::camera::Film;
@@ -302,26 +302,6 @@ pub struct BeyondSinglePrecision {
     pub first: [u32; 2],
 }
 
-/// A value as files keep it: the largest number of its sign in place of what is larger, and 0 for what is no number. Where that happens,
-/// [`Framebuffer::beyond_single_precision`] tells.
-pub fn single_precision(value: f64) -> f32 {
-    if value.is_nan() { 0.0 } else { value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 }
-}
-
-/// A layer of a whole picture.
-pub struct LayerPicture {
-    /// Which.
-    pub layer: Layer,
-    /// Its values, row by row from the top; `None` where no ray has one.
-    pub values: Vec<Option<Value>>,
-}
-
-/// Where the numbers of the variance stand among those of the layers of a pixel, if it is one of them.
-pub fn variance_at(layers: &[Layer]) -> Option<usize> {
-    let before = layers.iter().position(|l| *l == Layer::Variance)?;
-    Some(numbers(&layers[..before]))
-}
-
 /// Numbers that a layer of a pixel takes: its channels, and a weight; the variance has sums of squares besides.
 fn stride(layer: Layer) -> usize {
     match layer {
@@ -364,4 +344,10 @@ fn mean(layer: Layer, sums: &[f64]) -> Option<Value> {
     let mean: Value = std::array::from_fn(|c| sums.get(c).map_or(0.0, |s| s / weight));
     // As in pbrt-v4; opposite normals may cancel.
     Some(if layer.is_unit_vector() { DVec3::from_array(mean).normalize_or_zero().to_array() } else { mean })
+}
+
+/// Where the numbers of the variance stand among those of the layers of a pixel, if it is one of them.
+pub fn variance_at(layers: &[Layer]) -> Option<usize> {
+    let before = layers.iter().position(|l| *l == Layer::Variance)?;
+    Some(numbers(&layers[..before]))
 }

@@ -1,6 +1,5 @@
 //! Pictures in memory, and their EXR and PNG files.
 
-use crate::film::{LayerPicture, single_precision};
 use crate::header::Attribute;
 use anyhow::{Context, Result, bail};
 use exr::prelude as exrs;
@@ -29,24 +28,13 @@ pub struct Frame {
     pub size: [usize; 2],
 }
 
-impl Picture {
-    /// The same picture with layers as further channels; 0 where a layer has no value.
-    pub fn with_layers(self, layers: &[LayerPicture]) -> Self {
-        if layers.is_empty() {
-            return self;
-        }
-        let names = layers.iter().flat_map(|l| l.layer.channels().iter().map(|c| (*c).to_owned()));
-        let channels: Vec<String> = self.channels.iter().cloned().chain(names).collect();
-        let mut data = Vec::with_capacity(self.size[0] * self.size[1] * channels.len());
-        for (i, color) in self.data.chunks_exact(self.channels.len()).enumerate() {
-            data.extend_from_slice(color);
-            for LayerPicture { layer, values } in layers {
-                data.extend(values[i].unwrap_or_default()[..layer.channels().len()].iter().copied().map(single_precision));
-            }
-        }
-        Self { channels, data, ..self }
-    }
+/// A value as files keep it: the largest number of its sign in place of what is larger, and 0 for what is no number. Where that happens,
+/// [`crate::film::Framebuffer::beyond_single_precision`] tells.
+pub fn single_precision(value: f64) -> f32 {
+    if value.is_nan() { 0.0 } else { value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 }
+}
 
+impl Picture {
     /// Whether it has the same channels, pixels and place in its frame as another one; in whatever order the channels are.
     pub fn same_channels(&self, other: &Self) -> bool {
         let n = self.channels.len();

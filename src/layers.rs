@@ -5,6 +5,9 @@
 //! integrator of straight rays) the lengths and angles of the orbit are 0, and `g` is 1.
 
 mod albedo;
+mod picture;
+
+pub use picture::LayerPicture;
 
 use albedo::AlbedoColor;
 use bhs_core::camera::Film;

@@ -17,10 +17,10 @@ use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
 use bhs_core::motion::Motion;
 use bhs_core::observer::Conventions;
-use bhs_core::params::{Context, Files, ParamInfo, Params, SpectrumSource};
+use bhs_core::params::{Context, Files, Nameless, ParamInfo, Params, SpectrumSource};
 use bhs_core::sampling::Sampler;
 use bhs_core::spacetime::Spacetime;
-use bhs_core::texture::{Nameless, Texture};
+use bhs_core::texture::Texture;
 use bhs_core::transport::LightTransport;
 use glam::DAffine3;
 

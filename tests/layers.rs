@@ -1,8 +1,8 @@
 //! Layers against numbers that are computed here in other ways, from the orbit's first integral alone.
 
 use crate::common;
-use bhs::film::LayerPicture;
 use bhs::lang::Overrides;
+use bhs::layers::LayerPicture;
 use bhs_core::layer::Layer;
 use std::f64::consts::{PI, TAU};
 

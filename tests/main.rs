@@ -52,15 +52,27 @@ mod unbiased;
 mod visible_surface;
 mod watertight;
 
+/// Names of the Rust files in a folder of the project, without `.rs`.
+fn rust_files(folder: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(common::root().join(folder)).expect("the folder is there");
+    let names = entries.map(|e| e.expect("it can be read").file_name().to_string_lossy().into_owned());
+    names.filter_map(|name| name.strip_suffix(".rs").map(str::to_owned)).collect()
+}
+
 /// A file that no `mod` names would be tests that never run.
 #[test]
 fn every_file_of_tests_is_part_of_this_program() {
-    let here = common::read("tests/main.rs");
     let mut missing = Vec::new();
-    for entry in std::fs::read_dir(common::root().join("tests")).expect("the folder is there") {
-        let name = entry.expect("it can be read").file_name().to_string_lossy().into_owned();
-        let module = name.strip_suffix(".rs").filter(|module| *module != "main");
-        missing.extend(module.filter(|module| !here.contains(&format!("\nmod {module};\n"))).map(str::to_owned));
+    let mut check = |parent: &str, folder: &str| {
+        let text = common::read(parent);
+        let is_named = |module: &str| ["mod", "pub mod"].iter().any(|word| text.contains(&format!("\n{word} {module};\n")));
+        let modules = rust_files(folder).into_iter().filter(|module| !["main", "mod"].contains(&module.as_str()));
+        missing.extend(modules.filter(|module| !is_named(module)).map(|module| format!("{parent}: {module}")));
+    };
+    check("tests/main.rs", "tests");
+    check("tests/common/mod.rs", "tests/common");
+    for module in rust_files("tests").iter().filter(|module| common::root().join("tests").join(module).is_dir()) {
+        check(&format!("tests/{module}.rs"), &format!("tests/{module}"));
     }
-    assert!(missing.is_empty(), "tests/main.rs has no `mod` for {missing:?}");
+    assert!(missing.is_empty(), "no `mod` names these files: {missing:?}");
 }

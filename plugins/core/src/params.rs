@@ -5,12 +5,11 @@
 //! has run, the program (not the plugin) calls [`Params::finish`] and reports what nobody asked for. Building with an empty
 //! list yields the plugin's parameter table.
 //!
-//! `from_param` has the Rust types that parameters are read as, `spectra` the parameters that are spectra; those that may be textures
-//! are in [`crate::texture`].
+//! `from_param` has the Rust types that parameters are read as, `spectra` the parameters that are spectra, `textures` those that may be
+//! textures, `named` what a scene gives names.
 
 use crate::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use crate::spectrum::{Spectrum, SpectrumRole};
-use crate::texture::Named;
 use crate::value::{Param, ParamType};
 use glam::DAffine3;
 use std::cell::RefCell;
@@ -20,9 +19,12 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 mod from_param;
+mod named;
 mod spectra;
+mod textures;
 
 pub use from_param::{FromParam, Normal3, Point2, Point3, Vector3};
+pub use named::{Named, Nameless};
 pub use spectra::Constant;
 
 /// Files as plugins see them: the contract does no input or output itself.
@@ -266,19 +268,19 @@ impl<'a> Params<'a> {
     }
 
     /// Adds a row to the parameter table.
-    pub(crate) fn ask(&self, info: ParamInfo) {
+    fn ask(&self, info: ParamInfo) {
         self.asked.borrow_mut().push(info);
     }
 
     /// Changes the type in the last row of the parameter table.
-    pub(crate) fn relabel(&self, ty: &'static str) {
+    fn relabel(&self, ty: &'static str) {
         if let Some(last) = self.asked.borrow_mut().last_mut() {
             last.ty = ty;
         }
     }
 
     /// The parameter `name` as the scene gives it; it counts as used.
-    pub(crate) fn find(&self, name: &str) -> Option<&'a Param> {
+    fn find(&self, name: &str) -> Option<&'a Param> {
         let Some(i) = self.params.iter().position(|p| p.name.value == name) else {
             return self.defaults?.find(name);
         };
@@ -293,7 +295,7 @@ impl<'a> Params<'a> {
     }
 
     /// The value of the parameter `name`, if the scene gives it and it is one of the type.
-    pub(crate) fn lookup<T: FromParam>(&self, name: &str) -> Option<T> {
+    fn lookup<T: FromParam>(&self, name: &str) -> Option<T> {
         let param = self.find(name)?;
         // As in pbrt, whole numbers pass for real ones, whatever the type word says of them.
         let (found, expected) = (param.ty.value, T::TYPES[0]);

@@ -36,7 +36,7 @@ fn filter(name: &str, params: &[(&str, f64)]) -> Box<dyn Filter> {
     let context = Context {
         files: &Nothing,
         spectra: &Nothing,
-        named: &bhs_core::texture::Nameless,
+        named: &bhs_core::params::Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         resolution: [1, 1],

@@ -60,7 +60,7 @@ fn build<T: ?Sized>(plugin: &Plugin<T>, params: &[Param]) -> (Option<Box<T>>, Ve
     let context = Context {
         files: &NoFiles,
         spectra: &Ramps,
-        named: &bhs_core::texture::Nameless,
+        named: &bhs_core::params::Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         resolution: [1, 1],

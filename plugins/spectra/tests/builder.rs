@@ -45,7 +45,7 @@ fn build_values(ty: ParamType, values: Values, role: SpectrumRole) -> Built {
     let context = Context {
         files: &TestFiles,
         spectra: &Builder,
-        named: &bhs_core::texture::Nameless,
+        named: &bhs_core::params::Nameless,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         resolution: [1, 1],

@@ -4,10 +4,10 @@
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::image::Image;
 use bhs_core::material::{Material, Shading};
-use bhs_core::params::{Context, Files, ParamInfo, Params};
+use bhs_core::params::{Context, Files, Named, Nameless, ParamInfo, Params};
 use bhs_core::sampling::{mix64, unit_f32};
 use bhs_core::spectrum::SampledSpectrum;
-use bhs_core::texture::{Named, Nameless, Texture, TextureKind};
+use bhs_core::texture::{Texture, TextureKind};
 use bhs_core::value::{Param, ParamType, Values};
 use bhs_materials::ALL;
 use bhs_spectra::Builder;

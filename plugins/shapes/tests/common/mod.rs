@@ -74,7 +74,7 @@ impl Place {
         let context = Context {
             files: &self.files,
             spectra: &NoSpectra,
-            named: &bhs_core::texture::Nameless,
+            named: &bhs_core::params::Nameless,
             world_from_object: self.transform,
             reverse_orientation: self.reverse,
             resolution: [1, 1],

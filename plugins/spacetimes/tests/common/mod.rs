@@ -42,7 +42,7 @@ pub fn build_under(transform: DAffine3, name: &str, params: Given) -> (Option<Bo
     let context = Context {
         files: &Nothing,
         spectra: &Nothing,
-        named: &bhs_core::texture::Nameless,
+        named: &bhs_core::params::Nameless,
         world_from_object: transform,
         reverse_orientation: false,
         resolution: [1, 1],
