@@ -217,7 +217,7 @@ fn periapsis(hole: &Spherical, b: f64) -> f64 {
     for _ in 0..CORRECTIONS {
         let value = r * r * r * r - b * b * (r * (r - rs) + charge_squared);
         let change = value / (4.0 * r * r * r - b * b * (2.0 * r - rs));
-        if !(change > 1e-15 * r) {
+        if change.is_nan() || change <= 1e-15 * r {
             break;
         }
         r -= change;

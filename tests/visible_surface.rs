@@ -237,3 +237,31 @@ fn bhs_trace_of_camera_rays_says_what_their_picture_saw() {
         }
     }
 }
+
+#[test]
+fn what_is_wrong_with_the_columns_of_rays_is_told() {
+    let built = common::build("WorldBegin LightSource \"infinite\"");
+    let traced = |text: &str| {
+        let mut out = Vec::new();
+        bhs::trace::trace(&built.scene, text.as_bytes(), false, &mut out).map(|()| out.iter().filter(|b| **b == b'\n').count())
+    };
+    let header = "ox,oy,oz,dx,dy,dz";
+    for (columns, line, answers) in [
+        ("", "0,0,0,0,0,1", 1),
+        (",footprint", "0,0,0,0,0,1,0.5\n0,0,0,0,0,1,\n# 1,2,3\n\n", 2),
+        (", footprint, side", "0,0,0,0,0,2, 1e-3, near", 1),
+    ] {
+        assert_eq!(traced(&format!("{header}{columns}\n{line}\n")).expect("they are rays"), answers, "{columns}");
+    }
+    for (columns, line, word) in [
+        (",colour", "", "colour"),
+        (",side,side", "", "side"),
+        (",footprint", "0,0,0,0,0,1,-1", "-1"),
+        (",footprint", "0,0,0,0,0,1,inf", "inf"),
+        (",footprint", "0,0,0,0,0,1", "6 numbers"),
+        (",footprint,side", "0,0,0,0,0,1,1,left", "left"),
+    ] {
+        let error = traced(&format!("{header}{columns}\n{line}\n")).expect_err("they are none");
+        assert!(format!("{error:#}").contains(word), "{columns} {line}: {error:#}");
+    }
+}

@@ -139,14 +139,8 @@ impl LightSampler {
     }
 
     /// Draws a point of a light: the light by power, the point by chart area. `None` if there is no light to sample, or no static observer at
-    /// the point. `observer`: that at a place.
-    pub fn sample(
-        &self,
-        world: &World,
-        observer: impl FnOnce(Place) -> Option<Observer>,
-        choice: f32,
-        u: Vec2,
-    ) -> Option<LightSample> {
+    /// the point.
+    pub fn sample(&self, world: &World, choice: f32, u: Vec2) -> Option<LightSample> {
         let (index, rest) = self.choice.sample(choice)?;
         let chosen = self.choice.probability(index);
         let (source, point, pdf) = match self.emitters.get(index) {
@@ -185,7 +179,7 @@ impl LightSampler {
                 (LightSource::Surface { emitter: index as u32, primitive, normal: s.0, uv: s.1 }, point, pdf)
             }
         };
-        let observer = observer(point)?;
+        let observer = world.static_observer(point)?;
         Some(LightSample { source, point: point.x, side: point.side, pdf, observer })
     }
 

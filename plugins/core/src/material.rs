@@ -46,21 +46,9 @@ pub trait Material: Send + Sync {
     /// (hemispherical-directional reflectance, as pbrt-v4's `rho`): what a picture records as albedo. As everywhere here, what
     /// is refracted is radiance, with its factor `1/eta^2`.
     ///
-    /// The default is the mean weight of [`Material::sample`] over fixed numbers: exact where the weight is the same everywhere,
-    /// as it is for Lambert's law, an estimate elsewhere.
+    /// The default is [`estimated_reflectance`].
     fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
-        const N: u32 = 16;
-        let mut sum = SampledSpectrum::ZERO;
-        for i in 0..N {
-            // The points of Hammersley in the middle of their cells; golden-ratio steps between the lobes.
-            let radical_inverse = (i.reverse_bits() >> (32 - N.ilog2())) as f32;
-            let u = Vec2::new(i as f32 + 0.5, radical_inverse + 0.5) / N as f32;
-            let choice = (i as f32 * 0.618_034 + 0.5).fract();
-            if let Some(sample) = self.sample(at, wo, choice, u) {
-                sum += sample.weight;
-            }
-        }
-        sum / N as f32
+        estimated_reflectance(self, at, wo)
     }
 
     /// Whether it looks the same at every point and all around the normal: then [`Material::reflectance`] depends on the wavelengths and on `wo.z`
@@ -93,6 +81,23 @@ pub trait Material: Send + Sync {
     fn chooses_directions(&self) -> bool {
         self.is_specular()
     }
+}
+
+/// The mean weight of [`Material::sample`] over fixed numbers: the reflectance where the weight is the same everywhere, as it is for Lambert's
+/// law, an estimate of it elsewhere.
+pub fn estimated_reflectance<M: Material + ?Sized>(material: &M, at: &Shading, wo: Vec3) -> SampledSpectrum {
+    const N: u32 = 16;
+    let mut sum = SampledSpectrum::ZERO;
+    for i in 0..N {
+        // The points of Hammersley in the middle of their cells; golden-ratio steps between the lobes.
+        let radical_inverse = (i.reverse_bits() >> (32 - N.ilog2())) as f32;
+        let u = Vec2::new(i as f32 + 0.5, radical_inverse + 0.5) / N as f32;
+        let choice = (i as f32 * 0.618_034 + 0.5).fract();
+        if let Some(sample) = material.sample(at, wo, choice, u) {
+            sum += sample.weight;
+        }
+    }
+    sum / N as f32
 }
 
 /// Cosine of the angle to the shading normal.

@@ -228,7 +228,7 @@ impl Scene {
 
     /// Draws a point of a light: see [`LightSampler::sample`].
     pub fn sample_light(&self, choice: f32, u: Vec2) -> Option<LightSample> {
-        self.light_sampler.sample(&self.world, |place| self.observer(place), choice, u)
+        self.light_sampler.sample(&self.world, choice, u)
     }
 
     /// The density with which [`Scene::sample_light`] draws the surface point of `vertex`, with respect to chart area.

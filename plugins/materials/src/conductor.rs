@@ -23,7 +23,7 @@ use crate::fresnel;
 use crate::roughness::Facets;
 use bhs_core::Plugin;
 use bhs_core::diagnostics::Diagnostic;
-use bhs_core::material::{BsdfSample, Material, Shading, same_hemisphere};
+use bhs_core::material::{BsdfSample, Material, Shading, estimated_reflectance, same_hemisphere};
 use bhs_core::params::Params;
 use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
 use bhs_core::texture::SpectrumParameter;
@@ -140,6 +140,10 @@ impl Material for Conductor {
         }
         let weight = self.fresnel(at, up.dot(m)) * facets.shadowing(up, wi);
         Some(BsdfSample { wi: wi * side, weight, pdf: facets.mirrored_density(up, m), specular: false, drops_wavelengths: false })
+    }
+
+    fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
+        if self.facets.is_smooth() { self.fresnel(at, wo.z.abs()) } else { estimated_reflectance(self, at, wo) }
     }
 
     fn is_uniform(&self) -> bool {

@@ -28,7 +28,7 @@ use crate::interface::Interface;
 use crate::microfacet::Ggx;
 use crate::roughness::Facets;
 use bhs_core::Plugin;
-use bhs_core::material::{BsdfSample, Material, Shading};
+use bhs_core::material::{BsdfSample, Material, Shading, estimated_reflectance};
 use bhs_core::params::Params;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
 use glam::{Vec2, Vec3};
@@ -107,8 +107,7 @@ impl Dielectric {
 
     fn sample_smooth(&self, at: &Shading, wo: Vec3, choice: f32) -> Option<BsdfSample> {
         let cos_o = wo.z.abs().min(1.0);
-        // The index beyond the surface over that on the side of `wo`.
-        let relative = |eta: f32| if wo.z >= 0.0 { eta } else { 1.0 / eta };
+        let relative = |eta: f32| relative(eta, wo);
         let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
         let refracted = |eta: f32, cos_t: f32| Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z)).normalize();
         let specular =
@@ -142,6 +141,11 @@ impl Dielectric {
     }
 }
 
+/// The index beyond the surface over that on the side of `wo`, where that of the inside is `eta`.
+fn relative(eta: f32, wo: Vec3) -> f32 {
+    if wo.z >= 0.0 { eta } else { 1.0 / eta }
+}
+
 impl Material for Dielectric {
     fn evaluate(&self, at: &Shading, wo: Vec3, wi: Vec3) -> SampledSpectrum {
         self.facets.at(at).map_or(SampledSpectrum::ZERO, |facets| self.rough(facets, at, wo, wi).0)
@@ -156,6 +160,26 @@ impl Material for Dielectric {
             Some(facets) => self.sample_rough(facets, at, wo, choice, u),
             None => self.sample_smooth(at, wo, choice),
         }
+    }
+
+    fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
+        if !self.facets.is_smooth() {
+            return estimated_reflectance(self, at, wo);
+        }
+        let whole = |eta: f32| {
+            let eta = relative(eta, wo);
+            let (reflected, _) = fresnel::dielectric(wo.z.abs().min(1.0), eta);
+            reflected + (1.0 - reflected) / (eta * eta)
+        };
+        match &self.index {
+            Index::Constant(eta) => SampledSpectrum::splat(whole(*eta)),
+            Index::Dispersive(eta) => Self::indices(&**eta, at).map(whole),
+        }
+    }
+
+    fn is_uniform(&self) -> bool {
+        // That of a smooth one is not steady where reflection becomes total.
+        matches!(self.facets, Facets::Rough(_))
     }
 
     fn is_specular(&self) -> bool {

@@ -5,7 +5,7 @@ mod support;
 use bhs_core::spectrum::SampledSpectrum;
 use bhs_materials::fresnel;
 use glam::{Vec2, Vec3};
-use support::{AT, build, direction, float, named};
+use support::{AT, build, direction, float, named, outgoing};
 
 /// A complex number, for the computation apart.
 #[derive(Clone, Copy)]
@@ -176,5 +176,21 @@ fn through_a_pane_radiance_is_unchanged() {
         assert!((turn(second.wi) + wo).length() < 1e-5, "{:?} {wo}", second.wi);
         assert!((first.weight[0] - 1.0 / (1.7 * 1.7)).abs() < 1e-6);
         assert!((first.weight[0] * second.weight[0] - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn reflectance_of_smooth_surfaces_is_the_mean_of_their_samples() {
+    let metal = build("conductor", &[named("eta", "metal-Au-eta"), named("k", "metal-Au-k")]);
+    let glasses = [build("dielectric", &[float("eta", 1.7)]), build("dielectric", &[named("eta", "glass-SF11")])];
+    for material in glasses.iter().chain([&metal]) {
+        for wo in outgoing() {
+            let n = 100_000;
+            // Of the first wavelength: where glass disperses, a sample that is refracted is of that one alone.
+            let mean = (0..n).filter_map(|i| material.sample(&AT, wo, (i as f32 + 0.5) / n as f32, Vec2::splat(0.5)));
+            let mean = mean.map(|s| f64::from(s.weight[0])).sum::<f64>() / f64::from(n);
+            let found = f64::from(material.reflectance(&AT, wo)[0]);
+            assert!((found - mean).abs() < 1e-4 * mean.max(1.0), "{wo}: {found} {mean}");
+        }
     }
 }
