@@ -1,8 +1,8 @@
 //! The contract between bhs and its plugins.
 //!
 //! A plugin sees this crate and nothing else of the program: the parameters it is built from ([`params`]), spectra and
-//! sampled wavelengths ([`spectrum`]), random numbers ([`sampling`]), geometry ([`geometry`], [`world`]), the hole and the
-//! observers near it ([`blackhole`], [`observer`]), and one trait for each kind of plugin. There is no input, no output and no panic on a
+//! sampled wavelengths ([`spectrum`]), random numbers ([`sampling`]), geometry ([`geometry`], [`world`]), what light moves
+//! through and who observes it there ([`spacetime`], [`observer`]), and one trait for each kind of plugin. There is no input, no output and no panic on a
 //! user's data in here.
 //!
 //! Units: lengths in scene units (G = c = 1), angles in radians, wavelengths in nanometres, spectral radiance in
