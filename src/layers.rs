@@ -12,12 +12,12 @@ pub use picture::LayerPicture;
 use albedo::AlbedoColor;
 use bhs_core::camera::Film;
 use bhs_core::geometry::SurfaceGeometry;
-use bhs_core::integrator::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::layer::Layer;
 use bhs_core::observer::Observer;
-use bhs_core::scene::Scene;
+use bhs_core::ray::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::spacetime::{Class, Spherical};
-use bhs_core::transport::PathSample;
+use bhs_engine::scene::Scene;
+use bhs_engine::transport::PathSample;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -217,7 +217,7 @@ fn periapsis(hole: &Spherical, b: f64) -> f64 {
     for _ in 0..CORRECTIONS {
         let value = r * r * r * r - b * b * (r * (r - rs) + charge_squared);
         let change = value / (4.0 * r * r * r - b * b * (2.0 * r - rs));
-        if !(change > 1e-15 * r) {
+        if change.is_nan() || change <= 1e-15 * r {
             break;
         }
         r -= change;
