@@ -12,12 +12,12 @@ pub use picture::LayerPicture;
 use albedo::AlbedoColor;
 use bhs_core::camera::Film;
 use bhs_core::geometry::SurfaceGeometry;
-use bhs_core::integrator::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::layer::Layer;
 use bhs_core::observer::Observer;
-use bhs_core::scene::Scene;
+use bhs_core::ray::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::spacetime::{Class, Spherical};
-use bhs_core::transport::PathSample;
+use bhs_engine::scene::Scene;
+use bhs_engine::transport::PathSample;
 use glam::DVec3;
 use std::f64::consts::TAU;
 

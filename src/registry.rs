@@ -11,7 +11,6 @@ use bhs_core::Plugin;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
 use bhs_core::geometry::Shape;
-use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
@@ -21,7 +20,8 @@ use bhs_core::params::{Context, Files, Nameless, ParamInfo, Params, SpectrumSour
 use bhs_core::sampling::Sampler;
 use bhs_core::spacetime::Spacetime;
 use bhs_core::texture::Texture;
-use bhs_core::transport::LightTransport;
+use bhs_engine::integrator::IntegratorBuilder;
+use bhs_engine::transport::LightTransport;
 use glam::DAffine3;
 
 /// A kind of plugin: the trait object that its plugins make.

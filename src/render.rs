@@ -21,10 +21,10 @@ use crate::signals::{Signals, StopSignal};
 use arrayvec::ArrayVec;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::sampling::{SampleStream, Sampler};
-use bhs_core::scene::Scene;
 use bhs_core::spectrum::VisibleWavelengths;
-use bhs_core::stats::{Counters, PathLog};
-use bhs_core::transport::{BATCH, LightTransport, PathSample};
+use bhs_engine::scene::Scene;
+use bhs_engine::stats::{Counters, PathLog};
+use bhs_engine::transport::{BATCH, LightTransport, PathSample};
 use std::sync::Arc;
 
 /// Everything that a render needs.

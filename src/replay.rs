@@ -4,11 +4,11 @@ use crate::lang::{BuiltScene, Label, Labels, SourceMap};
 use crate::not_finite::SampleId;
 use crate::render::{Job, Wave};
 use crate::sample::CameraSample;
-use bhs_core::integrator::{Arrival, Ray, RayEnd, SurfaceHit};
-use bhs_core::path_log::{LightPlace, PathEvent};
+use bhs_core::ray::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
-use bhs_core::stats::PathLog;
+use bhs_engine::path_log::{LightPlace, PathEvent};
+use bhs_engine::stats::PathLog;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 

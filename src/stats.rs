@@ -1,7 +1,7 @@
 //! What a render took, as JSON.
 
 use crate::bench::clock::processor_seconds;
-use bhs_core::stats::Counters;
+use bhs_engine::stats::Counters;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 

@@ -1,9 +1,10 @@
 //! `bhs trace`: single rays, or pairs of points to connect, in; one JSON object a line out. For people and for checks from outside.
 
 use anyhow::{Context, Result, bail};
-use bhs_core::integrator::{Arrival, Connections, Ray, ShadowRay};
-use bhs_core::scene::Scene;
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::{Place, Side};
+use bhs_engine::connections::{Connections, ShadowRay};
+use bhs_engine::scene::Scene;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt::Write as _;

@@ -7,11 +7,11 @@ use bhs::not_finite::SampleId;
 use bhs::registry::Registry;
 use bhs::render::Job;
 use bhs::sample::CameraSample;
-use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::VisibleWavelengths;
-use bhs_core::stats::PathLog;
-use bhs_core::transport::LightTransport;
+use bhs_engine::integrator::IntegratorBuilder;
+use bhs_engine::stats::PathLog;
+use bhs_engine::transport::LightTransport;
 
 /// Follows `count` camera paths all over the picture, and returns how many rays that took.
 fn follow(built: &BuiltScene, count: u32, sums: &mut [f64]) -> u64 {

@@ -3,9 +3,9 @@
 use crate::common;
 use bhs::lang::Overrides;
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::sampling::mix64;
-use bhs_core::stats::Counters;
+use bhs_engine::stats::Counters;
 use glam::DVec3;
 
 /// A small scene with everything that reacts to light: glass, a mirror, gold, diffuse walls, a lamp.

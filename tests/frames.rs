@@ -4,9 +4,9 @@ use crate::common;
 use crate::common::lights::random;
 use crate::common::physics::rgb_of;
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::Arrival;
 use bhs_core::light::Emission;
-use bhs_core::scene::Scene;
+use bhs_core::ray::Arrival;
+use bhs_engine::scene::Scene;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 
@@ -69,7 +69,7 @@ fn a_lamp_emits_pi_l_over_its_local_area() {
             // A point uniform by chart area, a direction uniform by chart solid angle; their measures turned into local ones.
             let u = Vec2::new(random(i, 0) as f32, random(i, 1) as f32);
             let point = scene.sample_light(random(i, 2) as f32, u).expect("a lamp");
-            let bhs_core::light_sampling::LightSource::Surface { emitter, normal, uv, .. } = point.source else {
+            let bhs_engine::light_sampling::LightSource::Surface { emitter, normal, uv, .. } = point.source else {
                 panic!("no lamp")
             };
             let frame = point.observer.frame;
@@ -110,10 +110,10 @@ fn over_room(g: impl Fn(f64) -> f64 + Copy) -> (f64, f64) {
 
 /// Point `i` of all emitters, with the weight of its measure `dA_local/f`, and a ray from it that follows the cosine of the local
 /// frame. Walls shine inwards, to the side of the camera's half of space; a ball outwards.
-fn leave(scene: &Scene, i: u64) -> (f64, bhs_core::integrator::Ray) {
+fn leave(scene: &Scene, i: u64) -> (f64, bhs_core::ray::Ray) {
     let u = Vec2::new(random(i, 0) as f32, random(i, 1) as f32);
     let point = scene.sample_light(random(i, 2) as f32, u).expect("a lamp");
-    let bhs_core::light_sampling::LightSource::Surface { emitter, normal, .. } = point.source else { panic!("no lamp") };
+    let bhs_engine::light_sampling::LightSource::Surface { emitter, normal, .. } = point.source else { panic!("no lamp") };
     let is_wall =
         matches!(scene.world.geometries[scene.light_sampler.emitters[emitter as usize].geometry as usize], Geometry::Mesh(_));
     let normal = if is_wall && normal.dot(point.point) > 0.0 { -normal } else { normal };
@@ -121,7 +121,7 @@ fn leave(scene: &Scene, i: u64) -> (f64, bhs_core::integrator::Ray) {
     let local = (direction(random(i, 3), random(i, 4)) + frame.local_normal(normal)).normalize();
     let clock_rate = point.observer.clock_rate();
     let weight = frame.area_factor(normal) / point.pdf / (clock_rate * clock_rate);
-    (weight, bhs_core::integrator::Ray::new(point.point + normal * 5e-6, frame.chart_direction(local)))
+    (weight, bhs_core::ray::Ray::new(point.point + normal * 5e-6, frame.chart_direction(local)))
 }
 
 #[test]

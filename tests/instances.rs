@@ -2,7 +2,7 @@
 
 use crate::common;
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use glam::{DAffine3, DVec3};
 use std::fmt::Write;
 

@@ -2,7 +2,7 @@
 
 use crate::common;
 use crate::common::physics::{directions, lapse, swept_to_pericentre};
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use std::f64::consts::PI;
 
 /// The angle from the hole (rad) at which a static observer at `camera` sees the ring of what lies exactly behind the hole at `lamp`

@@ -2,8 +2,9 @@
 
 use crate::common;
 use bhs::lang::{BuiltScene, Overrides};
-use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::sampling::mix64;
+use bhs_engine::integrator::Integrator;
 use glam::DVec3;
 use std::fmt::Write;
 

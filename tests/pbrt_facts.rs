@@ -6,7 +6,7 @@ use bhs::lang::BuiltScene;
 use bhs::registry::Registry;
 use bhs_core::camera::CameraRay;
 use bhs_core::geometry::SurfaceGeometry;
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spectrum::SampledWavelengths;
 use glam::{DVec2, DVec3, Vec2};
 use std::collections::BTreeSet;

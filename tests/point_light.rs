@@ -3,9 +3,10 @@
 use crate::common;
 use crate::common::lights::{floor, random, received};
 use bhs::lang::BuiltScene;
-use bhs_core::integrator::{Arrival, Ray, ShadowRay};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::Class;
 use bhs_core::spectrum::SampledWavelengths;
+use bhs_engine::connections::ShadowRay;
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 
@@ -62,7 +63,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     let connections = scene.integrator.connections().expect("the integrator connects");
     let light = (0..).find_map(|i| {
         let sample = scene.sample_light(random(i, 0) as f32, Vec2::ZERO)?;
-        matches!(sample.source, bhs_core::light_sampling::LightSource::Point { .. }).then_some(sample)
+        matches!(sample.source, bhs_engine::light_sampling::LightSource::Point { .. }).then_some(sample)
     });
     let light = light.expect("a point light");
     let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);

@@ -4,7 +4,7 @@ use crate::common;
 use crate::common::lights::{floor, luminance, mean, random, received};
 use bhs::image::{Frame, Picture};
 use bhs::lang::BuiltScene;
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::Class;
 use bhs_core::spectrum::SampledWavelengths;
 use glam::{DVec3, Vec2};

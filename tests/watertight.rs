@@ -6,7 +6,7 @@
 
 use crate::common;
 use bhs::lang::BuiltScene;
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::sampling::mix64;
 use glam::{DMat3, DVec3, EulerRot};
 use std::fmt::Write;

@@ -7,8 +7,8 @@ use bhs::bench::rays::{arrivals, bounce_rays, camera_rays, diagonal, differences
 use bhs::bench::table::Table;
 use bhs::lang::{BuiltScene, Overrides};
 use bhs::render::render_quietly;
-use bhs_core::scene::Footprints;
-use bhs_core::stats::Counters;
+use bhs_engine::scene::Footprints;
+use bhs_engine::stats::Counters;
 use bhs_integrators::Adaptive;
 use bhs_integrators::Tolerance;
 

@@ -6,7 +6,7 @@ mod timer;
 
 use bhs::registry::Registry;
 use bhs_core::Plugin;
-use bhs_core::integrator::IntegratorBuilder;
+use bhs_engine::integrator::IntegratorBuilder;
 use bhs_integrators::Straight;
 
 /// All plugins but the integrators of curved light, which nothing here names, so that they are not part of the program.

@@ -6,10 +6,11 @@ use super::table::Table;
 use super::{Measured, Summary, Tradeoff, equal_error, pareto_front, series};
 use crate::lang::BuiltScene;
 use crate::plot::Chart;
-use bhs_core::integrator::{Integrator, Ray, RayEnd};
+use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::spacetime::Class;
-use bhs_core::transport::BATCH;
-use bhs_core::world::World;
+use bhs_engine::integrator::Integrator;
+use bhs_engine::transport::BATCH;
+use bhs_engine::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Exact, MicroSteps, Rk4, Straight};
 

@@ -3,12 +3,13 @@
 use crate::film::TILE;
 use crate::lang::BuiltScene;
 use crate::render::Job;
-use bhs_core::integrator::{Arrival, Integrator, Ray, RayEnd};
+use bhs_core::ray::{Arrival, Ray, RayEnd};
 use bhs_core::sampling::{SampleStream, cosine_hemisphere};
 use bhs_core::spectrum::SampledWavelengths;
-use bhs_core::stats::Counters;
-use bhs_core::transport::BATCH;
-use bhs_core::world::World;
+use bhs_engine::integrator::Integrator;
+use bhs_engine::stats::Counters;
+use bhs_engine::transport::BATCH;
+use bhs_engine::world::World;
 use bhs_integrators::Exact;
 use bhs_integrators::Tolerance;
 use glam::DVec2;

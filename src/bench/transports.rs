@@ -11,8 +11,10 @@ use crate::memory::OutOfMemory;
 use crate::plot::Chart;
 use crate::render::try_render_quietly;
 use anyhow::{Context, Result};
-use bhs_core::integrator::{Connections, Integrator, Ray, RayEnd};
-use bhs_core::world::World;
+use bhs_core::ray::{Ray, RayEnd};
+use bhs_engine::connections::Connections;
+use bhs_engine::integrator::Integrator;
+use bhs_engine::world::World;
 use bhs_integrators::{MicroSteps, Straight};
 use glam::DVec3;
 

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `HEAD` | JSON: what the render is of ([`Identity`]) |
 //! | `STAT` | JSON: waves that have ended, seconds of rendering, counts |
-//! | `LEAR` | what the light transport has learned ([`LightTransport::save`](bhs_core::transport::LightTransport::save)) |
+//! | `LEAR` | what the light transport has learned ([`LightTransport::save`](bhs_engine::transport::LightTransport::save)) |
 //! | `TILE` | any number, in any order: the number of the tile (4 bytes), its progress and its exact sums ([`Tile::to_bytes`]); tiles without samples are left out |
 //! | `END ` | the number of the tiles before (4 bytes) |
 //!
@@ -26,7 +26,7 @@ use crate::not_finite::{FirstSamples, SampleId};
 use crate::output::OutputFile;
 use crate::render::{RenderState, Snapshot, Wave};
 use anyhow::{Context, Result, anyhow};
-use bhs_core::stats::Counters;
+use bhs_engine::stats::Counters;
 use format::{ReadError, Reader, SectionKind, Writer};
 use serde_json::{Value, json};
 use std::fs::File;

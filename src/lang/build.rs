@@ -16,15 +16,15 @@ use crate::registry::{Kind, Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
-use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::Sampler;
-use bhs_core::scene::{Footprints, Scene};
-use bhs_core::transport::LightTransport;
 use bhs_core::value::Param;
+use bhs_engine::integrator::IntegratorBuilder;
+use bhs_engine::scene::{Footprints, Scene};
+use bhs_engine::transport::LightTransport;
 use std::collections::VecDeque;
 
 /// A scene that can be rendered.

@@ -4,7 +4,7 @@
 
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, triangle_area};
-use bhs_core::scene::ShapeBinding;
+use bhs_engine::scene::ShapeBinding;
 use glam::{DVec2, DVec3, Vec2};
 use std::cell::OnceCell;
 use std::collections::BTreeSet;

@@ -7,10 +7,10 @@ use crate::lang::{build, has_errors, resolve};
 use crate::registry::{Registry, bare_context};
 use bhs_core::camera::Film;
 use bhs_core::diagnostics::Diagnostic;
-use bhs_core::integrator::Integrator;
 use bhs_core::params::Context;
 use bhs_core::sampling::Sampler;
-use bhs_core::transport::LightTransport;
+use bhs_engine::integrator::Integrator;
+use bhs_engine::transport::LightTransport;
 use std::path::Path;
 
 /// How a scene is rendered.

@@ -9,11 +9,11 @@ use crate::lang::source::SourceMap;
 use crate::memory::TooLarge;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
-use bhs_core::integrator::IntegratorBuilder;
 use bhs_core::layer::Layer;
 use bhs_core::spacetime::Side;
-use bhs_core::transport::LightTransport;
 use bhs_core::value::{Param, ParamType, Values};
+use bhs_engine::integrator::IntegratorBuilder;
+use bhs_engine::transport::LightTransport;
 use std::sync::Arc;
 
 /// Longer side of a picture rendered with `--quick`, at most (pixels).

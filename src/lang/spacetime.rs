@@ -6,11 +6,11 @@ use crate::registry::{NoFiles, Registry, bare_context};
 use bhs_core::camera::{Camera, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Integrator, IntegratorBuilder};
 use bhs_core::observer::Conventions;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::ONE_MINUS_EPSILON;
 use bhs_core::spacetime::{Class, Minkowski, Place, Side, Spacetime};
+use bhs_engine::integrator::{Integrator, IntegratorBuilder};
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
 

@@ -3,11 +3,11 @@
 use super::Value;
 use bhs_core::camera::Film;
 use bhs_core::geometry::SurfaceGeometry;
-use bhs_core::integrator::SurfaceHit;
 use bhs_core::material::{Material, Shading};
 use bhs_core::observer::Observer;
-use bhs_core::scene::Scene;
+use bhs_core::ray::SurfaceHit;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
+use bhs_engine::scene::Scene;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 use std::sync::{Arc, OnceLock};

@@ -1,11 +1,11 @@
 //! What tests of physics hold pictures against: Planck's law, the eye, orbits by quadrature. Nothing here comes from the program.
 
 use bhs::lang::BuiltScene;
-use bhs_core::integrator::Ray;
+use bhs_core::ray::Ray;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{N_LAMBDA, SampledWavelengths};
-use bhs_core::stats::PathLog;
-use bhs_core::transport::PathSample;
+use bhs_engine::stats::PathLog;
+use bhs_engine::transport::PathSample;
 use glam::DVec3;
 
 /// `sqrt(1 - rs/r)` with r in units of rs: the clock of a static observer at r over one far away.

@@ -14,7 +14,7 @@ use glam::DVec3;
 /// A surface met by a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrimitiveHit {
-    /// Parameter of the segment, as accurate as the intersector makes it; [`crate::world::World::locate`] refines it.
+    /// Parameter of the segment, as accurate as the intersector makes it; `World::locate` of bhs-engine refines it.
     pub t: f64,
     /// Index of the geometry.
     pub geometry: u32,

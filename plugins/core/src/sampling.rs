@@ -197,17 +197,20 @@ impl Discrete {
     }
 
     /// The sum of the weights.
+    #[inline]
     pub fn total(&self) -> f64 {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
     /// Probability of index `i`.
+    #[inline]
     pub fn probability(&self, i: usize) -> f64 {
         let before = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
         (self.cumulative[i] - before) / self.total()
     }
 
     /// Draws an index and rescales `u` in [0,1) to a fresh number in [0,1). `None` if all weights are zero.
+    #[inline]
     pub fn sample(&self, u: f32) -> Option<(usize, f32)> {
         let total = self.total();
         if total <= 0.0 {

@@ -4,8 +4,8 @@ use crate::graded_index::connect::GradedConnections;
 use crate::round::charged::ChargedConnections;
 use crate::spherical::connections::{Chord, SphericalConnections};
 use crate::tolerance::Tolerance;
-use bhs_core::integrator::Connections;
 use bhs_core::spacetime::{Class, Spacetime};
+use bhs_engine::connections::Connections;
 
 /// What finds the rays between two points.
 #[derive(Clone, Debug)]

@@ -23,10 +23,12 @@ use crate::straight::Straight;
 use crate::tolerance::Tolerance;
 use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
-use bhs_core::integrator::{Connections, Integrator, IntegratorBuilder, Ray, RayEnd};
 use bhs_core::params::Params;
+use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::spacetime::{Class, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::connections::Connections;
+use bhs_engine::integrator::{Integrator, IntegratorBuilder};
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// The entry of this file in the crate's list.

@@ -29,7 +29,7 @@ pub use straight::Straight;
 pub use tolerance::Tolerance;
 
 use bhs_core::Plugin;
-use bhs_core::integrator::IntegratorBuilder;
+use bhs_engine::integrator::IntegratorBuilder;
 
 /// All integrators, by name.
 pub const ALL: &[Plugin<dyn IntegratorBuilder>] =

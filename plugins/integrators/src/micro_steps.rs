@@ -21,11 +21,13 @@ use crate::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, Stepper};
 use crate::straight::Straight;
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Connections, Cost, Integrator, IntegratorBuilder, Ray, RayEnd, SurfaceHit};
 use bhs_core::intersector::{Primitive, PrimitiveHit};
 use bhs_core::params::Params;
+use bhs_core::ray::{Arrival, Cost, Ray, RayEnd, SurfaceHit};
 use bhs_core::spacetime::{Class, Side, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::connections::Connections;
+use bhs_engine::integrator::{Integrator, IntegratorBuilder};
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// The entry of this file in the crate's list.

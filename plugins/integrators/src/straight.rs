@@ -11,12 +11,12 @@
 
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{
-    Arrival, Connection, ConnectionPair, Connections, Cost, Integrator, IntegratorBuilder, Ray, RayEnd, ShadowRay, SurfaceHit,
-};
 use bhs_core::intersector::{Ends, SHADOW_END};
+use bhs_core::ray::{Arrival, Cost, Ray, RayEnd, SurfaceHit};
 use bhs_core::spacetime::{Place, Side, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::connections::{Connection, ConnectionPair, Connections, ShadowRay};
+use bhs_engine::integrator::{Integrator, IntegratorBuilder};
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// The entry of this file in the crate's list.

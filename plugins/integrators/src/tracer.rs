@@ -12,11 +12,12 @@ use crate::tolerance::Tolerance;
 use crate::tracing::driver::{Start, follow};
 use crate::tracing::extent::{Extent, Precision};
 use arrayvec::ArrayVec;
-use bhs_core::integrator::{Integrator, Ray, RayEnd};
 use bhs_core::lanes::{LANES, Lanes};
+use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::real::{Real, Vector};
 use bhs_core::spacetime::{Class, Side, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::integrator::Integrator;
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// How rays are followed.

@@ -9,10 +9,10 @@ mod empty;
 mod random;
 
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Connection, Connections};
 use bhs_core::observer::{Conventions, Observer};
 use bhs_core::spacetime::{Ball, Place, Side, Spherical};
-use bhs_core::world::World;
+use bhs_engine::connections::{Connection, Connections};
+use bhs_engine::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::general::{Fate as Final, Surroundings};
 use bhs_integrators::round::charged::ChargedConnections;

@@ -6,9 +6,9 @@ mod cases;
 #[path = "connections/tracing.rs"]
 mod tracing;
 
-use bhs_core::integrator::Connection;
 use bhs_core::observer::Conventions;
 use bhs_core::spacetime::Spherical;
+use bhs_engine::connections::Connection;
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::orbit::{OrbitPlane, State};
 use bhs_integrators::spherical::connect::{MOST_IMAGES, connect, connect_pair, connect_pairs, join, swept_angle};

@@ -9,11 +9,11 @@ mod empty;
 mod random;
 
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Connection, Connections};
 use bhs_core::observer::Conventions;
 use bhs_core::real::Vector;
 use bhs_core::spacetime::{Ball, Class, GradedIndex, Place, Side, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::connections::{Connection, Connections};
+use bhs_engine::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::arithmetic::root::root;
 use bhs_integrators::general::{Fate, Surroundings};

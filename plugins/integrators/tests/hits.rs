@@ -3,8 +3,9 @@
 mod common;
 
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Arrival, Integrator, Ray, SurfaceHit};
-use bhs_core::world::World;
+use bhs_core::ray::{Arrival, Ray, SurfaceHit};
+use bhs_engine::integrator::Integrator;
+use bhs_engine::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::orbit::{OrbitPlane, State};

@@ -6,7 +6,8 @@
 
 mod common;
 
-use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::ray::{Arrival, Ray};
+use bhs_engine::integrator::Integrator;
 use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Exact, Rk4};
 use common::{Dice, ball, world};

@@ -3,8 +3,9 @@
 mod common;
 
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Arrival, Integrator, Ray};
-use bhs_core::world::World;
+use bhs_core::ray::{Arrival, Ray};
+use bhs_engine::integrator::Integrator;
+use bhs_engine::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::{Exact, MicroSteps};
 use common::{Dice, ball, mesh, room, world};

@@ -7,9 +7,10 @@ mod empty;
 mod tracing;
 
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Arrival, Integrator, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::Spherical;
-use bhs_core::world::World;
+use bhs_engine::integrator::Integrator;
+use bhs_engine::world::World;
 use bhs_integrators::Exact;
 use bhs_integrators::Tolerance;
 use bhs_integrators::spherical::connect::connect;

@@ -15,10 +15,11 @@ mod sights;
 #[path = "spacetimes/thin.rs"]
 mod thin;
 
-use bhs_core::integrator::{Arrival, Integrator, IntegratorBuilder, Ray};
 use bhs_core::observer::Conventions;
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::{Class, Spacetime, Spherical};
-use bhs_core::world::World;
+use bhs_engine::integrator::{Integrator, IntegratorBuilder};
+use bhs_engine::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::{Adaptive, Exact, General, MicroSteps, Rk4, Straight};
 use common::{Dice, on_all_processors};
@@ -194,9 +195,9 @@ fn many_rays_are_as_each_of_them() {
         let world = world(&mut dice, &spacetime);
         let rays: Vec<Ray> = (0..20).map(|_| ray(&mut dice, &world)).collect();
         let integrator = adaptive(1e-4, &spacetime);
-        let mut ends = vec![bhs_core::integrator::RayEnd::NONE; rays.len()];
+        let mut ends = vec![bhs_core::ray::RayEnd::NONE; rays.len()];
         integrator.trace_all(&world, &rays, &mut ends);
-        let mut counters = bhs_core::stats::Counters::default();
+        let mut counters = bhs_engine::stats::Counters::default();
         for (ray, end) in rays.iter().zip(&ends) {
             assert_eq!((end.arrival, end.swept), trace(&*integrator, &world, ray), "{name}");
             counters.add_ray(end);

@@ -6,10 +6,12 @@ mod common;
 #[path = "worlds/random.rs"]
 mod random;
 
-use bhs_core::integrator::{Arrival, Integrator, Ray, RayEnd, ShadowRay};
 use bhs_core::observer::Conventions;
+use bhs_core::ray::{Arrival, Ray, RayEnd};
 use bhs_core::spacetime::Spherical;
-use bhs_core::world::World;
+use bhs_engine::connections::ShadowRay;
+use bhs_engine::integrator::Integrator;
+use bhs_engine::world::World;
 use bhs_integrators::Tolerance;
 use bhs_integrators::closed_form::ClosedForm;
 use bhs_integrators::orbit::{OrbitPlane, State};

@@ -16,7 +16,7 @@ mod record;
 use crate::warp::{SQUARES, Warp, WarpSample};
 use bhs_core::geometry::Aabb;
 use bhs_core::sampling::{concentric_square, cosine_hemisphere};
-use bhs_core::scene::Vertex;
+use bhs_engine::scene::Vertex;
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64};

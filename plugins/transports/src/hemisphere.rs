@@ -14,14 +14,14 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::integrator::Arrival;
 use bhs_core::params::Params;
-use bhs_core::path_log::PathEvent;
+use bhs_core::ray::Arrival;
 use bhs_core::sampling::uniform_hemisphere;
-use bhs_core::scene::Scene;
 use bhs_core::spectrum::SampledSpectrum;
-use bhs_core::stats::PathLog;
-use bhs_core::transport::{LightTransport, PathSample};
+use bhs_engine::path_log::PathEvent;
+use bhs_engine::scene::Scene;
+use bhs_engine::stats::PathLog;
+use bhs_engine::transport::{LightTransport, PathSample};
 use std::f32::consts::TAU;
 
 /// Density of a direction over a hemisphere (1/sr).

@@ -8,7 +8,7 @@ mod shadow_rays;
 mod warp;
 
 use bhs_core::Plugin;
-use bhs_core::transport::LightTransport;
+use bhs_engine::transport::LightTransport;
 
 /// All methods of light transport, by name.
 pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, normals::PLUGIN, path::PLUGIN];

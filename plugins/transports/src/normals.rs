@@ -9,12 +9,12 @@
 
 use arrayvec::ArrayVec;
 use bhs_core::Plugin;
-use bhs_core::integrator::{Arrival, Ray, RayEnd};
-use bhs_core::path_log::PathEvent;
-use bhs_core::scene::Scene;
+use bhs_core::ray::{Arrival, Ray, RayEnd};
 use bhs_core::spectrum::SampledSpectrum;
-use bhs_core::stats::PathLog;
-use bhs_core::transport::{BATCH, LightTransport, PathSample};
+use bhs_engine::path_log::PathEvent;
+use bhs_engine::scene::Scene;
+use bhs_engine::stats::PathLog;
+use bhs_engine::transport::{BATCH, LightTransport, PathSample};
 use glam::DVec3;
 
 /// The entry of this file in the crate's list.

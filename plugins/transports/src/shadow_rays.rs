@@ -3,14 +3,15 @@
 
 use crate::guide::Place;
 use arrayvec::ArrayVec;
-use bhs_core::integrator::{Connection, ConnectionPair, Connections, MOST_TURNS, Ray, ShadowRay};
-use bhs_core::light_sampling::{LightSample, LightSource};
-use bhs_core::path_log::{LightPlace, PathEvent};
-use bhs_core::scene::{Scene, Vertex};
+use bhs_core::ray::Ray;
 use bhs_core::spacetime::{self, Side};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
-use bhs_core::stats::PathLog;
-use bhs_core::transport::{BATCH, PathSample};
+use bhs_engine::connections::{Connection, ConnectionPair, Connections, MOST_TURNS, ShadowRay};
+use bhs_engine::light_sampling::{LightSample, LightSource};
+use bhs_engine::path_log::{LightPlace, PathEvent};
+use bhs_engine::scene::{Scene, Vertex};
+use bhs_engine::stats::PathLog;
+use bhs_engine::transport::{BATCH, PathSample};
 use std::f32::consts::FRAC_1_PI;
 
 /// Geodesics to lights that may come together at one bounce of a batch of paths.

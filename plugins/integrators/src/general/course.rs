@@ -6,7 +6,7 @@ use crate::tracing::extent::free_around;
 use crate::tracing::polynomial_arc::{PolynomialArc, TERMS};
 use bhs_core::real::Vector;
 use bhs_core::spacetime::{Ball, Side, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// Where rays that fall may still be stopped.

@@ -14,9 +14,10 @@ use crate::graded_index::sight::occluded_in;
 use crate::round::profile::Profile;
 use crate::round::rays::{Rays, Traced};
 use crate::tolerance::Tolerance;
-use bhs_core::integrator::{Connection, ConnectionPair, Connections, Cost, MOST_TURNS, ShadowRay};
+use bhs_core::ray::Cost;
 use bhs_core::spacetime::{Class, Place, Side, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::connections::{Connection, ConnectionPair, Connections, MOST_TURNS, ShadowRay};
+use bhs_engine::world::World;
 use glam::DVec3;
 use std::sync::Arc;
 

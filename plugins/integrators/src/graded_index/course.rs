@@ -9,7 +9,7 @@ use crate::tracing::polynomial_arc::{PolynomialArc, TERMS};
 use bhs_core::lanes::set_bits;
 use bhs_core::real::{Mask, Vector};
 use bhs_core::spacetime::{Ball, GradedIndex, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// What is told once of a world through which many rays of a refractive index are to be followed.

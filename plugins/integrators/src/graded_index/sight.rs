@@ -4,11 +4,12 @@ use crate::graded_index::course::Setting;
 use crate::tracing::driver::Start;
 use crate::tracing::shadow;
 use arrayvec::ArrayVec;
-use bhs_core::integrator::{Cost, ShadowRay};
 use bhs_core::lanes::{LANES, Lanes};
+use bhs_core::ray::Cost;
 use bhs_core::real::Vector;
 use bhs_core::spacetime::{Class, Side};
-use bhs_core::world::World;
+use bhs_engine::connections::ShadowRay;
+use bhs_engine::world::World;
 
 /// Whether nothing stands between the start of `shadow_ray` and the point of its ray at the parameter `sigma_end`, which is about where it ends;
 /// chords stray from the ray by at most `tolerance` (scene units). `false` in spacetimes that have no refractive index.

@@ -7,10 +7,11 @@ use crate::round::rays::{Rays, Traced};
 use crate::spherical::connections::occluded_around;
 use crate::tolerance::Tolerance;
 use crate::tracing::extent::Extent;
-use bhs_core::integrator::{Connection, ConnectionPair, Connections, Cost, MOST_TURNS, ShadowRay};
 use bhs_core::observer::Observer;
+use bhs_core::ray::Cost;
 use bhs_core::spacetime::{Class, Place, Side, Spherical};
-use bhs_core::world::World;
+use bhs_engine::connections::{Connection, ConnectionPair, Connections, MOST_TURNS, ShadowRay};
+use bhs_engine::world::World;
 use glam::DVec3;
 use std::sync::Arc;
 

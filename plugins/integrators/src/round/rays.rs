@@ -2,8 +2,8 @@
 
 use crate::round::profile::Profile;
 use crate::round::solve::{End, Orbit, Pair};
-use bhs_core::integrator::Connection;
 use bhs_core::spacetime::{Place, Side};
+use bhs_engine::connections::Connection;
 use glam::DVec3;
 use std::f64::consts::TAU;
 

@@ -14,12 +14,13 @@ use crate::tracing::driver::Start;
 use crate::tracing::extent::Extent;
 use crate::tracing::shadow;
 use arrayvec::ArrayVec;
-use bhs_core::integrator::{ConnectionPair, Connections, Cost, ShadowRay};
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::params::Params;
+use bhs_core::ray::Cost;
 use bhs_core::real::Vector;
 use bhs_core::spacetime::{Class, Place, Side, Spherical};
-use bhs_core::world::World;
+use bhs_engine::connections::{ConnectionPair, Connections, ShadowRay};
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// How long the chords along a connection may be.

@@ -7,7 +7,7 @@ use bhs_core::geometry::Segment;
 use bhs_core::intersector::{Primitive, PrimitiveHit};
 use bhs_core::lanes::{LANES, set_bits};
 use bhs_core::real::{Mask, Real, Vector};
-use bhs_core::world::World;
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// How often the first chord of a ray that leaves a surface is halved at most to be on the right side of that.

@@ -3,12 +3,12 @@
 use crate::tracing::arc::Arc;
 use crate::tracing::hits::Hits;
 use crate::tracing::packet::{Packet, Surfaces};
-use bhs_core::integrator::{Arrival, Cost, RayEnd};
 use bhs_core::intersector::Primitive;
 use bhs_core::lanes::set_bits;
+use bhs_core::ray::{Arrival, Cost, RayEnd};
 use bhs_core::real::{Mask, Real, Vector};
 use bhs_core::spacetime::{Place, Side};
-use bhs_core::world::World;
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// Rays that can be followed side by side: their pieces, one after the other.

@@ -3,7 +3,7 @@
 use crate::tolerance::Tolerance;
 use bhs_core::geometry::Aabb;
 use bhs_core::spacetime::{Ball, Side};
-use bhs_core::world::World;
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// Largest relative error of a ray. More precise ones cost little, and then hits are right to this, however coarse the chords: those decide

@@ -5,11 +5,11 @@ use crate::tracing::meeting::{CORRECTIONS_OF_PLAIN_HITS, SMALL};
 use crate::tracing::packet::{OVERLAP, Packet, Places, Surfaces};
 use crate::tracing::resolve::{Chord, One};
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::SurfaceHit;
 use bhs_core::intersector::PrimitiveHit;
 use bhs_core::lanes::{LANES, set_bits};
+use bhs_core::ray::SurfaceHit;
 use bhs_core::real::{Mask, Real, Vector};
-use bhs_core::world::World;
+use bhs_engine::world::World;
 use glam::{DVec2, DVec3};
 
 /// Chords that are asked about.

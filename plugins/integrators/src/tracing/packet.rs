@@ -2,7 +2,7 @@
 //!
 //! A chord strays from its curve by no more than a given gap, and is put to the intersector, which knows straight segments only. What it meets
 //! decides what is seen; where the curve itself meets that surface is solved for (`hits`, `resolve`). Where no surface is near
-//! ([`bhs_core::clearance`]) one chord leaps over what needs no question, however far it strays (`leaps`).
+//! ([`bhs_engine::clearance`]) one chord leaps over what needs no question, however far it strays (`leaps`).
 //!
 //! Curves, leaps and plain hits on facets are worked out for all rays at once; the questions to the intersector are put one by one, and what is out of
 //! the ordinary is resolved ray by ray. What becomes of a ray does not depend on those beside it.
@@ -12,11 +12,11 @@ use crate::tracing::departure::Departure;
 use crate::tracing::driver::Start;
 use crate::tracing::hits::{Asked, Hits};
 use bhs_core::geometry::Aabb;
-use bhs_core::integrator::{Arrival, RayEnd, SurfaceHit};
 use bhs_core::lanes::{LANES, set_bits};
+use bhs_core::ray::{Arrival, RayEnd, SurfaceHit};
 use bhs_core::real::{Mask, Real, Vector};
 use bhs_core::spacetime::Side;
-use bhs_core::world::{Half, World};
+use bhs_engine::world::{Half, World};
 use glam::DVec3;
 
 /// How far a chord reaches beyond its ends, relative to the coordinates there: neighbouring chords overlap by more than single precision can tear

@@ -15,9 +15,9 @@ use crate::tracing::driver::Start;
 use crate::tracing::meeting::{Meeting, on_facet, on_surface};
 use crate::tracing::packet::{OVERLAP, Place, Surfaces};
 use bhs_core::geometry::{Geometry, Segment};
-use bhs_core::integrator::{Cost, SurfaceHit};
 use bhs_core::intersector::PrimitiveHit;
-use bhs_core::world::{Located, World};
+use bhs_core::ray::{Cost, SurfaceHit};
+use bhs_engine::world::{Located, World};
 use glam::DVec3;
 
 /// How many times a chord is split at most: then what it meets counts, wrong by no more than the gap between chord and curve.

@@ -2,12 +2,13 @@
 
 use crate::tracing::driver::{Course, Start, follow};
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Cost, Ray, RayEnd, ShadowRay};
 use bhs_core::intersector::{Ends, Primitive};
 use bhs_core::lanes::LANES;
+use bhs_core::ray::{Arrival, Cost, Ray, RayEnd};
 use bhs_core::real::Real;
 use bhs_core::spacetime::Place;
-use bhs_core::world::World;
+use bhs_engine::connections::ShadowRay;
+use bhs_engine::world::World;
 
 /// How close to its end a shadow ray may meet a surface without being occluded by it, relative to the coordinates there: the surface at the end must
 /// not shadow itself.

@@ -5,7 +5,7 @@ use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, SurfaceG
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::observer::Conventions;
 use bhs_core::spacetime::{Class, Spherical};
-use bhs_core::world::World;
+use bhs_engine::world::World;
 use bhs_intersectors::reference::Reference;
 use glam::{DVec3, Vec2};
 use std::ops::AddAssign;

@@ -1,7 +1,7 @@
 //! Random pairs of points, and orbits to hold connections against.
 
-use bhs_core::integrator::Connection;
 use bhs_core::spacetime::Spherical;
+use bhs_engine::connections::Connection;
 use bhs_integrators::spherical::connect::swept_angle;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};

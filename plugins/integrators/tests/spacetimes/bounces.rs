@@ -3,17 +3,17 @@
 use crate::adaptive;
 use crate::common::Dice;
 use crate::rooms::{ray, spacetimes, trace, world};
-use bhs_core::integrator::{Arrival, Ray};
-use bhs_core::world::World;
+use bhs_core::ray::{Arrival, Ray};
+use bhs_engine::world::World;
 
 /// A ray that leaves what `ray` has met, to the side that it came from, often at grazing incidence; exactly or not.
-fn bounced(dice: &mut Dice, world: &World, hit: &bhs_core::integrator::SurfaceHit, is_exact: bool) -> Ray {
+fn bounced(dice: &mut Dice, world: &World, hit: &bhs_core::ray::SurfaceHit, is_exact: bool) -> Ray {
     let surface = world.surface(hit);
     let normal = if surface.normal.dot(hit.direction) < 0.0 { surface.normal } else { -surface.normal };
     let grazing = if dice.unit() < 0.5 { 10f64.powf(dice.within(-6.0, -1.0)) } else { dice.unit() };
     let along = normal.cross(dice.direction()).normalize();
     let direction = (along + normal * grazing).normalize();
-    world.spawn(&bhs_core::integrator::SurfaceHit { is_crowded: is_exact, ..*hit }, normal, direction)
+    world.spawn(&bhs_core::ray::SurfaceHit { is_crowded: is_exact, ..*hit }, normal, direction)
 }
 
 #[test]

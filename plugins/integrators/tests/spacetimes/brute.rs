@@ -5,9 +5,9 @@ use crate::common::Dice;
 use crate::rooms::{outcome, ray, spacetimes, trace, world};
 use crate::{adaptive, count};
 use bhs_core::geometry::Segment;
-use bhs_core::integrator::{Arrival, Ray};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::{Class, GradedIndex, Side, Spacetime};
-use bhs_core::world::World;
+use bhs_engine::world::World;
 use glam::DVec3;
 use std::sync::Arc;
 

@@ -2,11 +2,12 @@
 
 use crate::common::{Dice, ball, mesh, room};
 use bhs_core::geometry::Geometry;
-use bhs_core::integrator::{Arrival, Integrator, Ray};
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::observer::Conventions;
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::{Place, Side, Spacetime, Spherical};
-use bhs_core::world::World;
+use bhs_engine::integrator::Integrator;
+use bhs_engine::world::World;
 use bhs_intersectors::reference::Reference;
 use bhs_spacetimes::{Dneg, Ellis, Hole, MajumdarPapapetrou};
 use glam::DVec3;

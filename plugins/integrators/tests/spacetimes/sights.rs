@@ -3,8 +3,9 @@
 use crate::adaptive;
 use crate::common::Dice;
 use crate::rooms::{ray, spacetimes, trace, world};
-use bhs_core::integrator::{Arrival, Connection, Ray, ShadowRay};
+use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::{Class, Place};
+use bhs_engine::connections::{Connection, ShadowRay};
 use bhs_integrators::graded_index::sight::reaches;
 use glam::DVec3;
 

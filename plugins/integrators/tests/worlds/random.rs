@@ -1,8 +1,8 @@
 //! Random worlds around, beside and across a hole, with triangles that nobody should make; and rays through them.
 
 use crate::common::{Dice, ball, mesh, room, world};
-use bhs_core::integrator::{Arrival, Ray};
-use bhs_core::world::World;
+use bhs_core::ray::{Arrival, Ray};
+use bhs_engine::world::World;
 use glam::DVec3;
 
 /// A random world.

@@ -17,9 +17,9 @@ mod solve;
 
 use crate::spherical::connect::lanes::Lanes;
 use crate::spherical::connect::solve::{Ends, Solved, solve};
-use bhs_core::integrator::{Connection, ConnectionPair};
 use bhs_core::spacetime::Place;
 use bhs_core::spacetime::Spherical;
+use bhs_engine::connections::{Connection, ConnectionPair};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 

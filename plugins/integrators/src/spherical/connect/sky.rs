@@ -10,8 +10,8 @@
 use crate::spherical::connect::lanes::Lanes;
 use crate::spherical::connect::solve::{Ends, Solved, solve};
 use crate::spherical::connect::{MOST_IMAGES, number, swept_angle};
-use bhs_core::integrator::{Connection, ConnectionPair};
 use bhs_core::spacetime::Spherical;
+use bhs_engine::connections::{Connection, ConnectionPair};
 use glam::DVec3;
 
 /// Bending by a hole of less than this Schwarzschild radius, relative to the distance from it, is nothing.

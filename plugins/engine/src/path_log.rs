@@ -1,7 +1,7 @@
 //! What becomes of one path of light, for those who want to see it step by step.
 
-use crate::integrator::{Ray, RayEnd};
-use crate::spectrum::{N_LAMBDA, SampledSpectrum};
+use bhs_core::ray::{Ray, RayEnd};
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum};
 use glam::DVec3;
 
 /// One thing that happens to a path that is followed back from the camera. Places are in render space, directions those of the chart.

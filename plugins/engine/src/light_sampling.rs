@@ -1,14 +1,15 @@
 //! Light sampling: points of the lights, chosen by power, and what arrives from them along a geodesic.
 
-use crate::geometry::{Geometry, sample_triangle, triangle_area};
-use crate::integrator::{Connection, SurfaceHit};
-use crate::intersector::Primitive;
-use crate::light::{AreaLight, Emission, Light};
-use crate::observer::{Conventions, Observer};
-use crate::sampling::Discrete;
-use crate::spacetime::{Place, Side};
-use crate::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
+use crate::connections::Connection;
 use crate::world::World;
+use bhs_core::geometry::{Geometry, sample_triangle, triangle_area};
+use bhs_core::intersector::Primitive;
+use bhs_core::light::{AreaLight, Emission, Light};
+use bhs_core::observer::{Conventions, Observer};
+use bhs_core::ray::SurfaceHit;
+use bhs_core::sampling::Discrete;
+use bhs_core::spacetime::{Place, Side};
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use glam::{DVec3, Vec2};
 use std::sync::Arc;
 

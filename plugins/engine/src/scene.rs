@@ -1,15 +1,16 @@
 //! A built scene as light transport sees it: vertices with their observers and its lights.
 
-use crate::camera::{CameraRay, Viewpoint};
-use crate::geometry::SurfaceGeometry;
-use crate::integrator::{Integrator, Ray, SurfaceHit};
-use crate::light::Emission;
+use crate::integrator::Integrator;
 use crate::light_sampling::{Emitter, LightSample, LightSampler};
-use crate::material::{Material, Shading};
-use crate::observer::Observer;
-use crate::spacetime::Place;
-use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::world::World;
+use bhs_core::camera::{CameraRay, Viewpoint};
+use bhs_core::geometry::SurfaceGeometry;
+use bhs_core::light::Emission;
+use bhs_core::material::{Material, Shading};
+use bhs_core::observer::Observer;
+use bhs_core::ray::{Ray, SurfaceHit};
+use bhs_core::spacetime::Place;
+use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
@@ -53,7 +54,7 @@ const ROUGH_FOOTPRINT: f64 = 1e-3;
 
 impl Footprints {
     /// Footprints in a scene of the given diagonal (scene units), the middle of which is `distance` from a camera; `pixel_width` is
-    /// [`crate::camera::Camera::pixel_width`]. A camera within the scene sees it from half the diagonal.
+    /// [`bhs_core::camera::Camera::pixel_width`]. A camera within the scene sees it from half the diagonal.
     pub fn new(diagonal: f64, distance: f64, pixel_width: impl Fn(f64) -> f64) -> Self {
         Self { camera: pixel_width(distance.max(0.5 * diagonal)), rough: ROUGH_FOOTPRINT * diagonal }
     }

@@ -1,10 +1,10 @@
 //! Light transport: what pbrt calls an integrator.
 
-use crate::integrator::{Ray, RayEnd};
-use crate::sampling::SampleStream;
 use crate::scene::Scene;
-use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stats::PathLog;
+use bhs_core::ray::{Ray, RayEnd};
+use bhs_core::sampling::SampleStream;
+use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 
 /// A path of light to be followed: what it begins with, and what it finds.
 pub struct PathSample<'a> {

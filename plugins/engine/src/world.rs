@@ -1,12 +1,12 @@
 //! What light moves through: geometry, the intersector over it, and the spacetime. The part of a scene that integrators see.
 
 use crate::clearance::Clearance;
-use crate::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
-use crate::integrator::{Ray, SurfaceHit};
-use crate::intersector::{Ends, Intersector, Primitive, PrimitiveHit};
-use crate::motion::Motion;
-use crate::observer::{Conventions, Observer};
-use crate::spacetime::{Class, Minkowski, Place, Side, Spacetime};
+use bhs_core::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
+use bhs_core::intersector::{Ends, Intersector, Primitive, PrimitiveHit};
+use bhs_core::motion::Motion;
+use bhs_core::observer::{Conventions, Observer};
+use bhs_core::ray::{Ray, SurfaceHit};
+use bhs_core::spacetime::{Class, Minkowski, Place, Side, Spacetime};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! What is counted while light is traced.
 
-use crate::integrator::{Arrival, Cost, RayEnd};
 use crate::path_log::PathEvent;
+use bhs_core::ray::{Arrival, Cost, RayEnd};
 use std::ops::AddAssign;
 
 /// Declares [`Counters`]: each count is written down once, and is added up, saved and restored from there.

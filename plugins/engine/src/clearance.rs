@@ -5,8 +5,8 @@
 //! a lower bound by construction: a surface is never nearer than it says.
 
 use crate::clearance_instances::Objects;
-use crate::geometry::{Aabb, Geometry, TriangleMesh};
-use crate::real::{Real, Vector};
+use bhs_core::geometry::{Aabb, Geometry, TriangleMesh};
+use bhs_core::real::{Real, Vector};
 use glam::{DVec3, UVec3};
 
 /// Lower bounds of the distance to all surfaces.
@@ -229,10 +229,10 @@ impl Clearance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::WorldMesh;
-    use crate::instance::Object;
-    use crate::lanes::Lanes;
-    use crate::sampling::mix64;
+    use bhs_core::geometry::WorldMesh;
+    use bhs_core::instance::Object;
+    use bhs_core::lanes::Lanes;
+    use bhs_core::sampling::mix64;
     use glam::{DAffine3, DMat3};
     use std::sync::Arc;
 
