@@ -9,7 +9,10 @@ use glam::DVec3;
 /// Longest chord (rad), however much it may stray.
 pub const LONGEST_CHORD: f64 = 1.5;
 
-/// `1/cos - 1` of half of that, at most.
+/// Shortest chord (rad), however little it may stray: below that is rounding.
+const SHORTEST_CHORD: f64 = 1e-5;
+
+/// `1/cos - 1` of half of the longest chord, at most.
 const MOST_BEYOND: f64 = 0.36;
 
 /// Longest leap through free space (rad).
@@ -108,7 +111,7 @@ impl<F: Real, S: Stretch<F>> Arc<F> for PlanarArc<F, S> {
         let c = F::splat;
         // acos(1/(1 + x)) = sqrt(2 x) (1 - 5/12 x + ...), the terms of which alternate.
         let x = (gap / c((1.5 * self.hole.rs).max(f64::MIN_POSITIVE))).min(c(MOST_BEYOND));
-        c(2.0) * (x + x).sqrt() * x.fma(c(-5.0 / 12.0), c(1.0))
+        (c(2.0) * (x + x).sqrt() * x.fma(c(-5.0 / 12.0), c(1.0))).max(c(SHORTEST_CHORD))
     }
 
     const LONG: f64 = 0.5;
