@@ -3,11 +3,13 @@
 //! Render space is world space moved so that the scene lies near the origin; positions are `f64` but for the vertices of
 //! meshes, which are stored (and traced) as `f32`.
 
-use crate::instance::Instance;
 use glam::{DVec2, DVec3, Vec2};
 use std::sync::Arc;
 
+pub mod instance;
 mod mesh;
+
+use instance::Instance;
 
 pub use mesh::{TriangleMesh, WorldMesh, sample_triangle, triangle_area};
 

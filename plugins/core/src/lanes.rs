@@ -1,6 +1,5 @@
 //! Vectors of several rays side by side: one arithmetic operation for all of them.
 
-use crate::real::Vector;
 use wide::f64x8;
 
 /// Rays that are followed side by side.
@@ -36,9 +35,6 @@ pub fn set_bits(mut bits: u32) -> impl Iterator<Item = usize> {
         })
     })
 }
-
-/// A vector of each ray.
-pub type Vectors = Vector<Lanes>;
 
 /// Of the rays in `which` the numbers `yes`, of the others `no`.
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! The contract between bhs and its plugins.
 //!
 //! A plugin sees this crate: the parameters it is built from ([`params`]), spectra and sampled wavelengths ([`spectrum`]), random numbers
-//! ([`sampling`]), rays ([`ray`]), geometry ([`geometry`], [`instance`]), spacetimes and the observers in them ([`spacetime`], [`observer`]), and
+//! ([`sampling`]), rays ([`ray`]), geometry ([`geometry`]), spacetimes and the observers in them ([`spacetime`], [`observer`]), and
 //! one trait for each kind of plugin. Integrators and light transports, which follow rays through a world of surfaces, see `bhs-engine` too. There
 //! is no input, no output and no panic on a user's data in here.
 //!
@@ -13,12 +13,10 @@
 //! observer at a point measures; *render space* is the chart moved so that the scene lies near the origin.
 
 pub mod camera;
-pub mod composite;
 pub mod diagnostics;
 pub mod dual;
 pub mod geometry;
 pub mod image;
-pub mod instance;
 pub mod intersector;
 pub mod lanes;
 pub mod layer;

@@ -9,7 +9,7 @@ use wide::i32x8;
 
 mod vector;
 
-pub use vector::Vector;
+pub use vector::{Vector, Vectors};
 
 /// A yes or no of each number of a [`Real`].
 pub trait Mask:

@@ -9,7 +9,8 @@
 //! root of `gamma` turns the one into the other. Units: G = c = 1, lengths in scene units.
 
 use crate::dual::Dual;
-use crate::lanes::{Lanes, Vectors};
+use crate::lanes::Lanes;
+use crate::real::Vectors;
 use glam::{DMat3, DVec3};
 use std::fmt::Debug;
 use std::sync::Arc;

@@ -3,10 +3,13 @@
 //! A material keeps a [`SpectrumParameter`] or a [`FloatParameter`] for what a scene may texture. It is evaluated at the shading
 //! point and the wavelengths there; a plain spectrum costs what it costs without textures.
 
-use crate::composite::Composite;
 use crate::material::Shading;
 use crate::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
 use std::sync::Arc;
+
+pub mod composite;
+
+use composite::Composite;
 
 /// What a texture is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -4,10 +4,12 @@
 //! all cells of its box that its plane passes), and every cell gets the largest cube of free cells around it. The answer is
 //! a lower bound by construction: a surface is never nearer than it says.
 
-use crate::clearance_instances::Objects;
 use bhs_core::geometry::{Aabb, Geometry, TriangleMesh};
 use bhs_core::real::{Real, Vector};
 use glam::{DVec3, UVec3};
+use instances::Objects;
+
+mod instances;
 
 /// Lower bounds of the distance to all surfaces.
 pub struct Clearance {
@@ -230,7 +232,7 @@ impl Clearance {
 mod tests {
     use super::*;
     use bhs_core::geometry::WorldMesh;
-    use bhs_core::instance::Object;
+    use bhs_core::geometry::instance::Object;
     use bhs_core::lanes::Lanes;
     use bhs_core::sampling::mix64;
     use glam::{DAffine3, DMat3};

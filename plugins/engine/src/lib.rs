@@ -8,7 +8,6 @@
 //! Everything is in render space, in the units of `bhs-core`.
 
 pub mod clearance;
-mod clearance_instances;
 pub mod connections;
 pub mod integrator;
 pub mod light_sampling;

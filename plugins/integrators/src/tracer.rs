@@ -1,7 +1,7 @@
 //! Rays in a spacetime: which way of following them belongs to which class.
 
-use crate::general::Surroundings;
 use crate::general::course::{Depths, Ray as GeneralRay};
+use crate::general::path::Surroundings;
 use crate::graded_index::course::Setting as Index;
 use crate::graded_index::medium::Refracted;
 use crate::spherical::closed_form::ClosedForm;
@@ -9,8 +9,9 @@ use crate::spherical::course::{RungeKutta, Setting as Orbits};
 use crate::spherical::exact::Exact;
 use crate::straight::Straight;
 use crate::tolerance::Tolerance;
-use crate::tracing::driver::{Start, follow};
+use crate::tracing::driver::follow;
 use crate::tracing::extent::{Extent, Precision};
+use crate::tracing::places::Start;
 use arrayvec::ArrayVec;
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::ray::{Ray, RayEnd};

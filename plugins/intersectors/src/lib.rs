@@ -4,8 +4,8 @@
 //! oracle of its tests. Without the feature `embree` (on by default) the latter is all there is.
 
 use bhs_core::Plugin;
+use bhs_core::geometry::instance::{Instance, Object};
 use bhs_core::geometry::{Geometry, TriangleMesh};
-use bhs_core::instance::{Instance, Object};
 use bhs_core::intersector::IntersectorBuilder;
 use std::collections::HashSet;
 use std::sync::Arc;

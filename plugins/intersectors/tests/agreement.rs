@@ -2,8 +2,8 @@
 
 mod common;
 
+use bhs_core::geometry::instance::Object;
 use bhs_core::geometry::{Geometry, Segment};
-use bhs_core::instance::Object;
 use bhs_core::intersector::{Intersector, PrimitiveHit};
 use common::*;
 use glam::DVec3;

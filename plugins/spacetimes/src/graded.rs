@@ -23,7 +23,7 @@ macro_rules! from_index_of {
             (square, gradient.into())
         }
 
-        fn index_each(&self, x: bhs_core::lanes::Vectors) -> (bhs_core::lanes::Lanes, bhs_core::lanes::Vectors) {
+        fn index_each(&self, x: bhs_core::real::Vectors) -> (bhs_core::lanes::Lanes, bhs_core::real::Vectors) {
             self.index_of(x)
         }
 

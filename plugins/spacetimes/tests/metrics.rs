@@ -3,7 +3,8 @@
 mod common;
 
 use bhs_core::dual::Dual;
-use bhs_core::lanes::{LANES, Vectors};
+use bhs_core::lanes::LANES;
+use bhs_core::real::Vectors;
 use bhs_core::spacetime::{Class, Fields, Place, Side, stationary};
 use common::{Random, index_of, one_of_each, points};
 use glam::{DMat3, DVec3};

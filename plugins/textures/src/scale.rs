@@ -11,10 +11,10 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::composite::{Composite, KnownParts, evaluations};
 use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::SampledSpectrum;
+use bhs_core::texture::composite::{Composite, KnownParts, evaluations};
 use bhs_core::texture::{FloatParameter, Texture, TextureInput};
 
 /// The entry in the list of plugins.

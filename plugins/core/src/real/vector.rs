@@ -97,6 +97,9 @@ impl<F: Real> Vector<F> {
     }
 }
 
+/// A vector of each of eight rays.
+pub type Vectors = Vector<Lanes>;
+
 impl Vector<Lanes> {
     /// Vector number i of ray number i.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Rays of any metric through a world of surfaces, with an affine parameter.
 
-use crate::general::{Fate, Paths, Surroundings};
+use crate::general::path::{Fate, Paths, Surroundings};
 use crate::tracing::driver::{Course, Next};
 use crate::tracing::extent::free_around;
 use crate::tracing::polynomial_arc::{PolynomialArc, TERMS};

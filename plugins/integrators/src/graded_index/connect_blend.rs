@@ -1,7 +1,8 @@
 //! Indices between two others: for rays that are found by continuation.
 
-use bhs_core::lanes::{LANES, Lanes, Vectors};
+use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::real::Real;
+use bhs_core::real::Vectors;
 use bhs_core::spacetime::GradedIndex;
 use glam::{DMat3, DVec3};
 

@@ -1,6 +1,7 @@
 //! What rays of a refractive index have to be told of it.
 
-use bhs_core::lanes::{LANES, Lanes, Vectors};
+use bhs_core::lanes::{LANES, Lanes};
+use bhs_core::real::Vectors;
 use bhs_core::real::{Real, Vector};
 use bhs_core::spacetime::{Ball, GradedIndex, Throat};
 use glam::{DMat3, DVec3};

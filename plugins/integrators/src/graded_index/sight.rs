@@ -1,7 +1,7 @@
 //! What stands between two points of a ray of a refractive index.
 
 use crate::graded_index::course::Setting;
-use crate::tracing::driver::Start;
+use crate::tracing::places::Start;
 use crate::tracing::shadow;
 use arrayvec::ArrayVec;
 use bhs_core::lanes::{LANES, Lanes};

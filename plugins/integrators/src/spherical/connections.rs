@@ -10,8 +10,8 @@ use crate::spherical::connect::{MOST_IMAGES, connect_pair, connect_pairs, spread
 use crate::spherical::course::Setting;
 use crate::straight::Straight;
 use crate::tolerance::Tolerance;
-use crate::tracing::driver::Start;
 use crate::tracing::extent::Extent;
+use crate::tracing::places::Start;
 use crate::tracing::shadow;
 use arrayvec::ArrayVec;
 use bhs_core::lanes::{LANES, Lanes};

@@ -3,7 +3,7 @@
 use crate::arithmetic::polynomial::{TERMS, cos_sin, small_arc_tangent, value, value_and_slope};
 use crate::spherical::Attraction;
 use crate::spherical::orbit::{Dense, OVERSHOOT};
-use crate::spherical::taylor::{LONGEST, LONGEST_POWER, SAFETY, coefficients, root};
+use crate::spherical::series::{LONGEST, LONGEST_POWER, SAFETY, coefficients, root};
 use bhs_core::lanes::{LANES, set_bits};
 use bhs_core::real::{Mask, Real, Vector};
 use glam::DVec3;
@@ -42,7 +42,7 @@ impl<F: Real> Polars<F> {
         }
     }
 
-    /// The states further on by small angles: [`Polar::moved`].
+    /// The states further on by small angles: [`crate::spherical::orbit::Polar::moved`].
     #[inline(always)]
     pub fn moved(&self, hole: impl Into<Attraction>, by: F) -> Self {
         let hole = hole.into();
@@ -117,7 +117,7 @@ impl<F: Real> Planes<F> {
         Vector::all(self.center).plus(self.e1, cos * r).plus(self.e2, sin * r)
     }
 
-    /// The unit chart tangents: [`OrbitPlane::direction_of`].
+    /// The unit chart tangents: [`crate::spherical::orbit::OrbitPlane::direction_of`].
     #[inline(always)]
     pub fn directions(&self, p: &Polars<F>) -> Vector<F> {
         let (x, y) = (-(p.u * p.sin) - p.du * p.cos, p.u * p.cos - p.du * p.sin);

@@ -1,13 +1,14 @@
 //! Rays from their starts to where they end, one or eight side by side, piece by piece, whatever bends them.
 
 use crate::tracing::arc::Arc;
-use crate::tracing::hits::Hits;
-use crate::tracing::packet::{Packet, Surfaces};
-use bhs_core::intersector::Primitive;
+use crate::tracing::packet::Packet;
+use crate::tracing::packet::hits::Hits;
+use crate::tracing::places::{Start, side};
+use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::set_bits;
 use bhs_core::ray::{Arrival, Cost, RayEnd};
 use bhs_core::real::{Mask, Real, Vector};
-use bhs_core::spacetime::{Place, Side};
+use bhs_core::spacetime::Place;
 use bhs_engine::world::World;
 use glam::DVec3;
 
@@ -47,25 +48,6 @@ pub struct Next<F: Real> {
     pub falls: F::Mask,
     /// They cannot be followed further.
     pub lost: F::Mask,
-}
-
-/// A ray that is to be followed, besides its course.
-#[derive(Clone, Copy, Debug)]
-pub struct Start {
-    /// Where the first chord begins: on the course, or just off a surface beside it (scene units).
-    pub origin: DVec3,
-    /// Unit chart direction.
-    pub launch: DVec3,
-    /// The side on which that is.
-    pub side: Side,
-    /// What the ray leaves, if the origin lies on it exactly.
-    pub leaving: Option<Primitive>,
-    /// The geometry on which it ends, if it does.
-    pub target: Option<u32>,
-    /// Largest distance between chords and course (scene units); may be infinite.
-    pub gap: f64,
-    /// The parameter at which the ray ends, if nothing stands in its way before.
-    pub limit: f64,
 }
 
 /// Rays that have come to the parameters at which they were to end: [`RayEnd::arrival`] says nothing of them.
@@ -173,10 +155,4 @@ impl<F: Real> Packet<'_, F> {
             self.ends[i].swept = self.parameter.lane(i);
         }
     }
-}
-
-/// The side of ray number `i`, if the bits `far` are set of those on the far side.
-#[inline]
-pub(crate) fn side(far: u32, i: usize) -> Side {
-    if far >> i & 1 == 1 { Side::Far } else { Side::Near }
 }

@@ -1,7 +1,8 @@
 //! Leaps through free space.
 
 use crate::tracing::arc::Arc;
-use crate::tracing::packet::{Packet, Surfaces};
+use crate::tracing::packet::Packet;
+use crate::tracing::surfaces::Surfaces;
 use bhs_core::real::{Mask, Real, Vector};
 
 /// Free space is passed over if that gets on by as much as this share of a chord.

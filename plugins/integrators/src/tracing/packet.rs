@@ -1,7 +1,7 @@
 //! Rays among surfaces, one or eight side by side: pieces of their curves, chord by chord.
 //!
 //! A chord strays from its curve by no more than a given gap, and is put to the intersector, which knows straight segments only. What it meets
-//! decides what is seen; where the curve itself meets that surface is solved for (`hits`, `resolve`). Where no surface is near
+//! decides what is seen; where the curve itself meets that surface is solved for (`packet/hits`, `resolve`). Where no surface is near
 //! ([`bhs_engine::clearance`]) one chord leaps over what needs no question, however far it strays (`leaps`).
 //!
 //! Curves, leaps and plain hits on facets are worked out for all rays at once; the questions to the intersector are put one by one, and what is out of
@@ -9,72 +9,24 @@
 
 use crate::tracing::arc::Arc;
 use crate::tracing::departure::Departure;
-use crate::tracing::driver::Start;
-use crate::tracing::hits::{Asked, Hits};
-use bhs_core::geometry::Aabb;
+use crate::tracing::places::{Places, Start};
+use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::{LANES, set_bits};
 use bhs_core::ray::{Arrival, RayEnd, SurfaceHit};
 use bhs_core::real::{Mask, Real, Vector};
 use bhs_core::spacetime::Side;
-use bhs_engine::world::{Half, World};
+use bhs_engine::world::World;
 use glam::DVec3;
+use hits::{Asked, Hits};
 
-/// How far a chord reaches beyond its ends, relative to the coordinates there: neighbouring chords overlap by more than single precision can tear
-/// them apart. Also how far beside its facet a hit may lie, for the same reason.
-pub(crate) const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
+mod departures;
+pub(super) mod hits;
 
 /// Chords of one piece at most, however small the gap.
 const MOST_CHORDS: f64 = 1e7;
 
 /// Points at most that are noted of a stretch which is passed over.
 const MOST_DRAWN: u32 = 10_000;
-
-/// The surfaces of one side.
-#[derive(Clone, Copy)]
-pub(crate) struct Surfaces<'w> {
-    pub half: Half<'w>,
-    /// A box around them with room for rounding.
-    pub bounds: Aabb,
-}
-
-impl<'w> Surfaces<'w> {
-    /// Those of both sides of `world`; `None` where there are none.
-    pub fn of(world: &'w World) -> [Option<Self>; 2] {
-        [Side::Near, Side::Far].map(|side| {
-            let half = world.half(side).filter(|half| !half.bounds.is_empty())?;
-            Some(Surfaces { half, bounds: half.bounds.grown(half.margin) })
-        })
-    }
-}
-
-/// Points of curves.
-#[derive(Clone, Copy)]
-pub(crate) struct Places<F> {
-    /// Parameters.
-    pub s: F,
-    pub points: Vector<F>,
-}
-
-impl<F: Real> Places<F> {
-    /// Of the rays in `which` those of `self`, of the others those of `o`.
-    #[inline(always)]
-    pub(crate) fn or(&self, o: &Self, which: F::Mask) -> Self {
-        Self { s: F::select(which, self.s, o.s), points: self.points.or(o.points, which) }
-    }
-
-    /// The place of ray number `i`.
-    pub(crate) fn lane(&self, i: usize) -> Place {
-        Place { s: self.s.lane(i), point: self.points.lane(i) }
-    }
-}
-
-/// A point of a curve.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
-    /// Its parameter.
-    pub s: f64,
-    pub point: DVec3,
-}
 
 /// Rays that are followed side by side.
 pub(crate) struct Packet<'w, F: Real> {

@@ -11,9 +11,9 @@
 
 use crate::tracing::arc::Arc;
 use crate::tracing::departure::Departure;
-use crate::tracing::driver::Start;
 use crate::tracing::meeting::{Meeting, on_facet, on_surface};
-use crate::tracing::packet::{OVERLAP, Place, Surfaces};
+use crate::tracing::places::{Place, Start};
+use crate::tracing::surfaces::{OVERLAP, Surfaces};
 use bhs_core::geometry::{Geometry, Segment};
 use bhs_core::intersector::PrimitiveHit;
 use bhs_core::ray::{Cost, SurfaceHit};

@@ -1,6 +1,7 @@
 //! Shadow rays: whether something stands in the way of light between two points.
 
-use crate::tracing::driver::{Course, Start, follow};
+use crate::tracing::driver::{Course, follow};
+use crate::tracing::places::Start;
 use bhs_core::geometry::Segment;
 use bhs_core::intersector::{Ends, Primitive};
 use bhs_core::lanes::LANES;
@@ -17,7 +18,7 @@ const SHADOW_END: f64 = 64.0 * f32::EPSILON as f64;
 /// How much farther than that a surface may be met that is the end.
 const AT_END: f64 = 4.0;
 
-/// Relative error of a shadow ray between its ends; it is to meet its end closer than [`SHADOW_END`].
+/// Relative error of a shadow ray between its ends; it is to meet its end closer than `SHADOW_END`.
 pub const ERROR: f64 = 1e-7;
 
 /// Steps after which a shadow ray is given up.

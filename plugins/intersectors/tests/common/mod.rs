@@ -2,8 +2,8 @@
 
 #![allow(dead_code)] // each test program uses its part
 
+use bhs_core::geometry::instance::Object;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Geometry, Segment, SurfaceGeometry, TriangleMesh, WorldMesh};
-use bhs_core::instance::Object;
 use bhs_core::intersector::{Intersector, IntersectorBuilder};
 use bhs_core::sampling::mix64;
 use bhs_intersectors::{embree::Embree, reference::Reference};

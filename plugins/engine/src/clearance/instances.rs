@@ -2,8 +2,8 @@
 //! that it fills there are carried to wherever it stands.
 
 use crate::clearance::Clearance;
+use bhs_core::geometry::instance::Instance;
 use bhs_core::geometry::{Aabb, Geometry, TriangleMesh};
-use bhs_core::instance::Instance;
 use glam::DVec3;
 use std::collections::HashMap;
 

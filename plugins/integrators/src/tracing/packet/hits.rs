@@ -1,9 +1,11 @@
 //! What chords meet: questions to the intersector, and plain hits on facets.
 
+use super::Packet;
 use crate::tracing::arc::Arc;
 use crate::tracing::meeting::{CORRECTIONS_OF_PLAIN_HITS, SMALL};
-use crate::tracing::packet::{OVERLAP, Packet, Places, Surfaces};
+use crate::tracing::places::Places;
 use crate::tracing::resolve::{Chord, One};
+use crate::tracing::surfaces::{OVERLAP, Surfaces};
 use bhs_core::geometry::Segment;
 use bhs_core::intersector::PrimitiveHit;
 use bhs_core::lanes::{LANES, set_bits};
