@@ -195,16 +195,19 @@ impl Spherical {
     }
 
     /// Square of the lapse at the areal radius `r`.
+    #[inline]
     pub fn lapse_squared(&self, r: f64) -> f64 {
         1.0 - self.rs / r + self.charge_squared / (r * r)
     }
 
     /// The metric at the point `x`; `None` at and inside the horizon.
+    #[inline]
     pub fn at(&self, x: DVec3) -> Option<Stationary> {
         let from_center = x - self.center;
         let r = from_center.length();
         let f = self.lapse_squared(r);
-        if r <= self.horizon() || f <= 0.0 || !f.is_finite() {
+        // With a charge, the square of the lapse is above 0 again behind the inner horizon.
+        if f <= 0.0 || !f.is_finite() || (self.charge_squared > 0.0 && r <= self.horizon()) {
             return None;
         }
         let lapse = f.sqrt();

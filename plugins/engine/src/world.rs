@@ -6,7 +6,7 @@ use bhs_core::intersector::{Ends, Intersector, Primitive, PrimitiveHit};
 use bhs_core::motion::Motion;
 use bhs_core::observer::{Conventions, Observer};
 use bhs_core::ray::{Ray, SurfaceHit};
-use bhs_core::spacetime::{Class, Minkowski, Place, Side, Spacetime};
+use bhs_core::spacetime::{Class, Minkowski, Place, Side, Spacetime, Spherical};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -27,6 +27,8 @@ pub struct World {
     /// What light moves through, in coordinates of render space.
     spacetime: Arc<dyn Spacetime>,
     bends: bool,
+    /// The same, if it is a round hole: observers are asked for at every vertex.
+    round: Option<Spherical>,
     /// What the picture takes of nature.
     pub conventions: Conventions,
     /// The far side of a wormhole, if it has surfaces.
@@ -119,15 +121,31 @@ impl World {
         let bounds = around(&geometries);
         let margin = margin(&bounds);
         let (spacetime, conventions) = (Arc::new(Minkowski::default()), Conventions::NATURE);
-        Self { geometries, intersector, bounds, origin, margin, clearance: None, spacetime, bends: false, conventions, far: None }
+        Self {
+            geometries,
+            intersector,
+            bounds,
+            origin,
+            margin,
+            clearance: None,
+            spacetime,
+            bends: false,
+            round: None,
+            conventions,
+            far: None,
+        }
     }
 
     /// The same surfaces in `spacetime`, which is in coordinates of render space.
     #[must_use]
     pub fn in_spacetime(self, spacetime: Arc<dyn Spacetime>, conventions: Conventions) -> Self {
-        let bends = !matches!(spacetime.class(), Class::Flat);
+        let (bends, round) = match spacetime.class() {
+            Class::Flat => (false, None),
+            Class::Spherical(hole) => (true, Some(hole)),
+            _ => (true, None),
+        };
         let clearance = if bends { Clearance::new(&self.geometries, &self.bounds) } else { None };
-        Self { spacetime, bends, conventions, clearance, ..self }
+        Self { spacetime, bends, round, conventions, clearance, ..self }
     }
 
     /// What light moves through, in coordinates of render space.
@@ -201,7 +219,11 @@ impl World {
         if !self.bends {
             return Some(Observer::FLAT);
         }
-        self.spacetime.at(place).map(|here| self.conventions.observer(&here))
+        let here = match &self.round {
+            Some(hole) => hole.at(place.x),
+            None => self.spacetime.at(place),
+        };
+        here.map(|here| self.conventions.observer(&here))
     }
 
     /// The observer who moves as `motion` says at `place`, where `at_rest` is the static one.

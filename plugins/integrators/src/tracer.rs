@@ -16,7 +16,7 @@ use arrayvec::ArrayVec;
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::real::{Real, Vector};
-use bhs_core::spacetime::{Class, Side, Spacetime};
+use bhs_core::spacetime::{Class, Spacetime};
 use bhs_engine::integrator::Integrator;
 use bhs_engine::world::World;
 use glam::DVec3;
@@ -126,29 +126,27 @@ impl Tracer {
             Setup::Index(setting) => (&setting.extent, setting.medium.center),
             Setup::Straight | Setup::General(..) => return,
         };
-        let (starts, error) = self.starts::<F>(extent, rays, center);
-        // Lanes without a ray repeat the last one.
-        let ray = |i: usize| &rays[i.min(rays.len() - 1)];
-        let (x, d) = (Vector::<F>::from_fn(|i| ray(i).origin), Vector::from_fn(|i| ray(i).direction));
+        let (gap, error) = self.precisions::<F>(extent, rays, center);
+        let start = Start::new(&rays, rays.len(), |i| &rays[i], gap, F::splat(f64::INFINITY));
+        let (x, d) = (start.origin, Vector::from_fn(|i| rays[i.min(rays.len() - 1)].direction));
         let max_steps = self.max_steps;
         match (setup, self.method) {
             (Setup::Spherical(setting, _), Method::RungeKutta(step)) => {
-                follow(world, &starts, &mut setting.launch(x, d).by(RungeKutta(step)), max_steps, watch, ends);
+                follow(world, &start, &mut setting.launch(x, d).by(RungeKutta(step)), max_steps, watch, ends);
             }
             (Setup::Spherical(setting, _), Method::Exact(_)) => {
                 let launch = setting.launch(x, d);
                 let form = |i: usize| ClosedForm::new(setting.hole.rs, launch.at.u.lane(i), launch.at.du.lane(i));
                 let forms: ArrayVec<ClosedForm, LANES> = (0..rays.len()).map(form).collect();
-                follow(world, &starts, &mut launch.by(Exact(&forms)), max_steps, watch, ends);
+                follow(world, &start, &mut launch.by(Exact(&forms)), max_steps, watch, ends);
             }
             (Setup::Spherical(setting, _), _) => {
-                follow(world, &starts, &mut setting.launch(x, d).by_series(error), max_steps, watch, ends);
+                follow(world, &start, &mut setting.launch(x, d).by_series(error), max_steps, watch, ends);
             }
             (Setup::Index(setting), method) => {
-                let far = rays.iter().enumerate().map(|(i, ray)| u32::from(ray.side == Side::Far) << i).sum();
-                let course = setting.rays(x, d, far, error);
+                let course = setting.rays(x, d, start.far, error);
                 let mut course = if let Method::RungeKutta(step) = method { course.by_runge_kutta(step) } else { course };
-                follow(world, &starts, &mut course, max_steps, watch, ends);
+                follow(world, &start, &mut course, max_steps, watch, ends);
             }
             _ => {}
         }
@@ -164,30 +162,30 @@ impl Tracer {
         (mut watch, ends): (Option<&mut Vec<DVec3>>, &mut [RayEnd]),
     ) {
         for (ray, end) in rays.iter().zip(ends) {
-            let (starts, error) = self.starts::<f64>(extent, std::slice::from_ref(ray), told.0.center());
+            let one = std::slice::from_ref(ray);
+            let (gap, error) = self.precisions::<f64>(extent, one, told.0.center());
+            let start = Start::new(&one, 1, |_| ray, gap, f64::INFINITY);
             let mut course = GeneralRay::new(told, ray.origin, ray.direction, ray.side, error);
             let end = std::slice::from_mut(end);
-            follow::<f64, _>(world, &starts, &mut course, self.max_steps, watch.as_deref_mut(), end);
+            follow(world, &start, &mut course, self.max_steps, watch.as_deref_mut(), end);
         }
     }
 
-    /// How `rays` start, and the errors that they are followed with, over their distance from what is at `center`.
-    fn starts<F: Real>(&self, extent: &Extent, rays: &[Ray], center: DVec3) -> (ArrayVec<Start, LANES>, F) {
-        let mut known: Option<(f64, Precision)> = None;
-        let mut errors = [0.0; LANES];
-        let start = |(i, ray): (usize, &Ray)| {
-            // Neighbours mostly have the same footprint.
-            let precision = match known {
-                Some((footprint, precision)) if footprint == ray.footprint => precision,
-                _ => self.precision(extent, ray.footprint, center),
-            };
-            known = Some((ray.footprint, precision));
-            errors[i] = precision.error;
-            let Ray { origin, direction: launch, side, leaving, .. } = *ray;
-            Start { origin, launch, side, leaving, target: None, gap: precision.gap, limit: f64::INFINITY }
-        };
-        let starts = rays.iter().enumerate().map(start).collect();
-        (starts, F::from_fn(|i| errors[i.min(rays.len() - 1)]))
+    /// How far the chords of `rays` may stray from them, and the errors that they are followed with, over their distance from what is at `center`.
+    #[inline]
+    fn precisions<F: Real>(&self, extent: &Extent, rays: &[Ray], center: DVec3) -> (F, F) {
+        let of = |footprint: f64| self.precision(extent, footprint, center);
+        let first = of(rays[0].footprint);
+        // Neighbours mostly have the same footprint.
+        if rays.iter().all(|ray| ray.footprint == rays[0].footprint) {
+            return (F::splat(first.gap), F::splat(first.error));
+        }
+        let mut all = [first; LANES];
+        for (ray, precision) in rays.iter().zip(&mut all) {
+            *precision = of(ray.footprint);
+        }
+        let last = rays.len() - 1;
+        (F::from_fn(|i| all[i.min(last)].gap), F::from_fn(|i| all[i.min(last)].error))
     }
 
     fn precision(&self, extent: &Extent, footprint: f64, center: DVec3) -> Precision {

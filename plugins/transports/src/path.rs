@@ -213,11 +213,11 @@ impl Path {
         for path in &mut *paths {
             path.radiance = SampledSpectrum::ZERO;
         }
+        let mut ends = [RayEnd::NONE; BATCH];
         // The paths that go on.
         let mut underway: ArrayVec<usize, BATCH> = (0..paths.len()).collect();
         for depth in 0..=self.max_depth {
             let rays: ArrayVec<Ray, BATCH> = underway.iter().map(|i| states[*i].ray).collect();
-            let mut ends = [RayEnd::NONE; BATCH];
             scene.integrator.trace_all(&scene.world, &rays, &mut ends[..rays.len()]);
             // Where they have arrived, if they may go on from there.
             let mut met: ArrayVec<Met, BATCH> = ArrayVec::new();

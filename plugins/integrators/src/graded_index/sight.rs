@@ -1,13 +1,10 @@
 //! What stands between two points of a ray of a refractive index.
 
 use crate::graded_index::course::Setting;
-use crate::tracing::places::Start;
-use crate::tracing::shadow;
-use arrayvec::ArrayVec;
+use crate::tracing::shadow::{ERROR, Sought, close};
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::ray::Cost;
-use bhs_core::real::Vector;
-use bhs_core::spacetime::{Class, Side};
+use bhs_core::spacetime::Class;
 use bhs_engine::connections::ShadowRay;
 use bhs_engine::world::World;
 
@@ -34,19 +31,14 @@ pub fn occluded_in(
 ) -> Cost {
     let mut cost = Cost::default();
     for (rays, occluded) in shadow_rays.chunks(LANES).zip(occluded.chunks_mut(LANES)) {
-        let start = |ray: &ShadowRay| {
+        let sought = Sought::<Lanes>::new(rays, |ray| {
             let (sigma_end, gap) = ends(ray);
             let n = setting.medium.at::<f64>(ray.to.x.into()).0.sqrt();
             // The last chord ends just before the end: |dx/dsigma| = n.
-            shadow::start(ray, (sigma_end - shadow::close(ray) / n).max(0.0), gap)
-        };
-        let starts: ArrayVec<Start, LANES> = rays.iter().map(start).collect();
-        let far = rays.iter().enumerate().map(|(i, ray)| u32::from(ray.start.side == Side::Far) << i).sum();
-        // Lanes without a ray repeat the last one.
-        let ray = |i: usize| &rays[i.min(rays.len() - 1)];
-        let (x, d) = (Vector::from_fn(|i| ray(i).from), Vector::from_fn(|i| ray(i).connection.launch));
-        let mut course = setting.rays(x, d, far, Lanes::splat(shadow::ERROR));
-        cost += shadow::occluded(world, rays, &starts, &mut course, occluded);
+            ((sigma_end - close(ray) / n).max(0.0), gap)
+        });
+        let mut course = setting.rays(sought.x, sought.d, sought.far, Lanes::splat(ERROR));
+        cost += sought.occluded(world, rays, &mut course, occluded);
     }
     cost
 }

@@ -11,13 +11,10 @@ use crate::spherical::course::Setting;
 use crate::straight::Straight;
 use crate::tolerance::Tolerance;
 use crate::tracing::extent::Extent;
-use crate::tracing::places::Start;
-use crate::tracing::shadow;
-use arrayvec::ArrayVec;
+use crate::tracing::shadow::{ERROR, Sought, close};
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::params::Params;
 use bhs_core::ray::Cost;
-use bhs_core::real::Vector;
 use bhs_core::spacetime::{Class, Place, Side, Spherical};
 use bhs_engine::connections::{ConnectionPair, Connections, ShadowRay};
 use bhs_engine::world::World;
@@ -119,13 +116,9 @@ pub(crate) fn occluded_around(
     let setting = Setting::new(hole, Extent::of(world).around(hole.center));
     let mut cost = Cost::default();
     for (rays, occluded) in shadow_rays.chunks(LANES).zip(occluded.chunks_mut(LANES)) {
-        let start = |ray: &ShadowRay| shadow::start(ray, limit(hole, ray), gap(ray));
-        let starts: ArrayVec<Start, LANES> = rays.iter().map(start).collect();
-        // Lanes without a ray repeat the last one.
-        let ray = |i: usize| &rays[i.min(rays.len() - 1)];
-        let (x, d) = (Vector::<Lanes>::from_fn(|i| ray(i).from), Vector::from_fn(|i| ray(i).connection.launch));
-        let mut course = setting.launch(x, d).by_series(Lanes::splat(shadow::ERROR));
-        cost += shadow::occluded(world, rays, &starts, &mut course, occluded);
+        let sought = Sought::<Lanes>::new(rays, |ray| (limit(hole, ray), gap(ray)));
+        let mut course = setting.launch(sought.x, sought.d).by_series(Lanes::splat(ERROR));
+        cost += sought.occluded(world, rays, &mut course, occluded);
     }
     cost
 }
@@ -135,5 +128,5 @@ fn limit(hole: &Spherical, ray: &ShadowRay) -> f64 {
     let from_center = ray.to.x - hole.center;
     let r = from_center.length();
     let sin = ray.connection.arrival.cross(from_center).length() / r;
-    (ray.connection.phi - shadow::close(ray) * sin / r).max(0.0)
+    (ray.connection.phi - close(ray) * sin / r).max(0.0)
 }

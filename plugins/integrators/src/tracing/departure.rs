@@ -1,8 +1,9 @@
 //! Rays that begin exactly on a surface.
 
 use crate::tracing::arc::Arc;
-use crate::tracing::places::{Place, Start};
+use crate::tracing::places::Place;
 use bhs_core::intersector::Primitive;
+use bhs_core::ray::Ray;
 use bhs_engine::world::World;
 use glam::DVec3;
 
@@ -20,12 +21,12 @@ pub(crate) struct Departure {
 }
 
 impl Departure {
-    /// That of `start`, if it begins exactly on a surface.
+    /// That of `ray`, if it begins exactly on a surface.
     #[cold]
-    pub fn of(world: &World, start: &Start) -> Option<Self> {
-        let primitive = start.leaving?;
-        let normal = world.geometries[primitive.geometry as usize].normal(primitive.primitive, start.origin);
-        Some(Self { primitive, side: normal * start.launch.dot(normal).signum(), cut: None })
+    pub fn of(world: &World, ray: &Ray) -> Option<Self> {
+        let primitive = ray.leaving?;
+        let normal = world.geometries[primitive.geometry as usize].normal(primitive.primitive, ray.origin);
+        Some(Self { primitive, side: normal * ray.direction.dot(normal).signum(), cut: None })
     }
 
     /// Where to cut the first chord, that from `from` to `to`, if the curve is not there on that side of the surface which it leaves to which

@@ -68,24 +68,24 @@ impl<F: Real> Reached<F> {
     }
 }
 
-/// Follows the rays `starts`, as many as there are of `course` or fewer, through `world`, each for at most `max_steps` pieces: what becomes of
+/// Follows the rays of `start`, as many as there are of `course` or fewer, through `world`, each for at most `max_steps` pieces: what becomes of
 /// them is written to `ends`, one a ray, and which have come to their limits is returned. `watch` gets the points of the way of the first one, if
 /// somebody wants them.
 pub fn follow<F: Real, C: Course<F>>(
     world: &World,
-    starts: &[Start],
+    start: &Start<'_, F>,
     course: &mut C,
     max_steps: u64,
     watch: Option<&mut Vec<DVec3>>,
     ends: &mut [RayEnd],
 ) -> Reached<F> {
-    let present = F::Mask::of_bits(((1_u32 << starts.len()) - 1) & F::Mask::ALL.bits());
+    let present = F::Mask::of_bits((1_u32 << ends.len()) - 1);
     let surfaces = Surfaces::of(world);
     // Where they end is written for each of them.
     for end in &mut *ends {
         end.cost = Cost::default();
     }
-    let mut packet = Packet::<F>::new(world, &surfaces, starts, watch, ends);
+    let mut packet = Packet::<F>::new(world, &surfaces, start, watch, ends);
     let (falls, lost) = course.begin();
     packet.end(present & falls, Arrival::Captured);
     packet.go(course, present & !(falls | lost), max_steps);

@@ -14,7 +14,6 @@ use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::{LANES, set_bits};
 use bhs_core::ray::{Arrival, RayEnd, SurfaceHit};
 use bhs_core::real::{Mask, Real, Vector};
-use bhs_core::spacetime::Side;
 use bhs_engine::world::World;
 use glam::DVec3;
 use hits::{Asked, Hits};
@@ -33,7 +32,8 @@ pub(crate) struct Packet<'w, F: Real> {
     pub world: &'w World,
     /// The surfaces of both sides; `None` where there are none.
     pub surfaces: [Option<&'w Surfaces<'w>>; 2],
-    pub starts: &'w [Start],
+    /// How the rays start.
+    pub start: &'w Start<'w, F>,
     /// Bits of the rays that are on the far side.
     pub far: u32,
     /// Largest distances between chords and curves (scene units).
@@ -69,44 +69,40 @@ pub(crate) struct Packet<'w, F: Real> {
 }
 
 impl<'w, F: Real> Packet<'w, F> {
-    /// The rays `starts`; lanes without a ray repeat the last one.
+    /// The rays of `start`, of which `ends` has as many places.
     #[inline(always)]
     pub fn new(
         world: &'w World,
         surfaces: &'w [Option<Surfaces<'w>>; 2],
-        starts: &'w [Start],
+        start: &'w Start<'w, F>,
         mut watch: Option<&'w mut Vec<DVec3>>,
         ends: &'w mut [RayEnd],
     ) -> Self {
         let c = F::splat;
-        let start = |i: usize| &starts[i.min(starts.len() - 1)];
-        let number = |f: fn(&Start) -> f64| F::from_fn(|i| f(start(i)));
-        let (mut departures, mut departing) = ([None; LANES], 0);
-        for (i, start) in starts.iter().enumerate().filter(|(_, start)| start.leaving.is_some()) {
-            departures[i] = Departure::of(world, start);
-            departing |= 1 << i;
+        let mut departures = [None; LANES];
+        for i in set_bits(start.departing) {
+            departures[i] = Departure::of(world, start.rays.ray(i));
         }
-        let far = starts.iter().enumerate().map(|(i, start)| u32::from(start.side == Side::Far) << i).sum();
         if let Some(watch) = &mut watch {
-            watch.push(starts[0].origin);
+            watch.push(start.origin.lane(0));
         }
         Self {
             world,
             surfaces: surfaces.each_ref().map(Option::as_ref),
-            starts,
-            far,
-            gap: number(|s| s.gap),
+            start,
+            far: start.far,
+            gap: start.gap,
             stride: c(0.0),
-            limit: number(|s| s.limit),
+            limit: start.limit,
             parameter: c(0.0),
-            last: Vector::from_fn(|i| start(i).origin),
+            last: start.origin,
             last_s: c(0.0),
             fresh: 0,
             crossing: F::Mask::NONE,
             before: Vector::all(DVec3::ZERO),
             has_before: F::Mask::NONE,
             departures,
-            departing,
+            departing: start.departing,
             reached: 0,
             ends,
             steps: c(0.0),

@@ -1,27 +1,58 @@
 //! Where rays start, and points of their curves.
 
-use bhs_core::intersector::Primitive;
+use bhs_core::ray::Ray;
 use bhs_core::real::{Real, Vector};
 use bhs_core::spacetime::Side;
 use glam::DVec3;
 
-/// A ray that is to be followed, besides its course.
-#[derive(Clone, Copy, Debug)]
-pub struct Start {
-    /// Where the first chord begins: on the course, or just off a surface beside it (scene units).
-    pub origin: DVec3,
-    /// Unit chart direction.
-    pub launch: DVec3,
-    /// The side on which that is.
-    pub side: Side,
-    /// What the ray leaves, if the origin lies on it exactly.
-    pub leaving: Option<Primitive>,
-    /// The geometry on which it ends, if it does.
-    pub target: Option<u32>,
-    /// Largest distance between chords and course (scene units); may be infinite.
-    pub gap: f64,
-    /// The parameter at which the ray ends, if nothing stands in its way before.
-    pub limit: f64,
+/// Rays that are to be followed, one after the other.
+pub trait Rays {
+    /// Ray number `i`: its origin is where the first chord begins, on the course or just off a surface beside it.
+    fn ray(&self, i: usize) -> &Ray;
+
+    /// The geometry on which ray number `i` ends, if it does.
+    fn target(&self, i: usize) -> Option<u32>;
+}
+
+impl Rays for &[Ray] {
+    fn ray(&self, i: usize) -> &Ray {
+        &self[i]
+    }
+
+    fn target(&self, _: usize) -> Option<u32> {
+        None
+    }
+}
+
+/// How rays start that are followed side by side, besides their course.
+#[derive(Clone, Copy)]
+pub struct Start<'r, F> {
+    /// The rays.
+    pub rays: &'r dyn Rays,
+    /// Their origins, as numbers side by side; lanes without a ray repeat the last one.
+    pub origin: Vector<F>,
+    /// Bits of those that start on the far side.
+    pub far: u32,
+    /// Bits of those that start exactly on a surface.
+    pub departing: u32,
+    /// Largest distances between their chords and courses (scene units); may be infinite.
+    pub gap: F,
+    /// The parameters at which they end, if nothing stands in their way before.
+    pub limit: F,
+}
+
+impl<'r, F: Real> Start<'r, F> {
+    /// That of `rays`, each of which `ray` gives by its number below `count`.
+    #[inline(always)]
+    pub fn new<'a>(rays: &'r dyn Rays, count: usize, ray: impl Fn(usize) -> &'a Ray, gap: F, limit: F) -> Self {
+        let (mut far, mut departing) = (0, 0);
+        for i in 0..count {
+            let Ray { side, leaving, .. } = ray(i);
+            far |= u32::from(*side == Side::Far) << i;
+            departing |= u32::from(leaving.is_some()) << i;
+        }
+        Self { rays, origin: Vector::from_fn(|i| ray(i.min(count - 1)).origin), far, departing, gap, limit }
+    }
 }
 
 /// Points of curves.

@@ -12,11 +12,11 @@
 use crate::tracing::arc::Arc;
 use crate::tracing::departure::Departure;
 use crate::tracing::meeting::{Meeting, on_facet, on_surface};
-use crate::tracing::places::{Place, Start};
+use crate::tracing::places::Place;
 use crate::tracing::surfaces::{OVERLAP, Surfaces};
 use bhs_core::geometry::{Geometry, Segment};
 use bhs_core::intersector::PrimitiveHit;
-use bhs_core::ray::{Cost, SurfaceHit};
+use bhs_core::ray::{Cost, Ray, SurfaceHit};
 use bhs_engine::world::{Located, World};
 use glam::DVec3;
 
@@ -65,7 +65,9 @@ pub(crate) struct One<'a, A> {
     pub world: &'a World,
     pub surfaces: &'a Surfaces<'a>,
     pub piece: &'a A,
-    pub start: &'a Start,
+    pub ray: &'a Ray,
+    /// The geometry on which it ends, if it does.
+    pub target: Option<u32>,
     /// How it leaves the surface on which it begins, if it does so exactly and is still on that side.
     pub departure: Option<&'a Departure>,
     /// The parameter where the piece ends on the throat, if it does.
@@ -201,7 +203,7 @@ impl<A: Arc<f64>> One<'_, A> {
         // A chord between points of an curve that stays on one side of a surface dips below it by less than the gap: it meets it
         // at no steeper an angle than curve and chord make, that is by four gaps over the length of the chord.
         let grazes = || normal.dot(chord.way()).abs() <= 2.0 * near;
-        let ends_on = || self.start.target == Some(hit.geometry);
+        let ends_on = || self.target == Some(hit.geometry);
         finer.is_some_and(is_same_surface)
             || (grazes() && (ends_on() || self.begins_on(hit)))
             || self.piece.is_nowhere(located.point)
@@ -210,13 +212,13 @@ impl<A: Arc<f64>> One<'_, A> {
     /// Whether the ray begins on the geometry of `hit`, or just off it.
     #[cold]
     fn begins_on(&self, hit: &PrimitiveHit) -> bool {
-        if let Some(leaving) = self.start.leaving {
+        if let Some(leaving) = self.ray.leaving {
             return leaving.geometry == hit.geometry;
         }
         // One of the axes meets what is just under the origin at an angle of no more than 55 degrees from its normal.
         let reach = STEPS_OFF * self.world.geometries[hit.geometry as usize].step_off(hit.primitive);
         DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).any(|direction| {
-            let segment = Segment { origin: self.start.origin, direction, t_min: 0.0, t_max: reach };
+            let segment = Segment { origin: self.ray.origin, direction, t_min: 0.0, t_max: reach };
             self.surfaces.half.closest(&segment, None).is_some_and(|under| under.geometry == hit.geometry)
         })
     }

@@ -1,13 +1,13 @@
 //! Shadow rays: whether something stands in the way of light between two points.
 
 use crate::tracing::driver::{Course, follow};
-use crate::tracing::places::Start;
+use crate::tracing::places::{Rays, Start};
 use bhs_core::geometry::Segment;
 use bhs_core::intersector::{Ends, Primitive};
 use bhs_core::lanes::LANES;
 use bhs_core::ray::{Arrival, Cost, Ray, RayEnd};
-use bhs_core::real::Real;
-use bhs_core::spacetime::Place;
+use bhs_core::real::{Real, Vector};
+use bhs_core::spacetime::{Place, Side};
 use bhs_engine::connections::ShadowRay;
 use bhs_engine::world::World;
 
@@ -29,35 +29,63 @@ pub fn close(ray: &ShadowRay) -> f64 {
     SHADOW_END * ray.to.x.abs().max_element().max(ray.from.abs().max_element())
 }
 
-/// The start of a shadow ray, which ends at the parameter `limit` and whose chords stray from it by at most `gap` (scene units).
-pub fn start(ray: &ShadowRay, limit: f64, gap: f64) -> Start {
-    let Ray { origin, side, leaving, .. } = ray.start;
-    let target = ray.target.map(|target| target.geometry);
-    Start { origin, launch: ray.connection.launch, side, leaving, target, gap, limit }
+impl Rays for &[ShadowRay] {
+    fn ray(&self, i: usize) -> &Ray {
+        &self[i].start
+    }
+
+    fn target(&self, i: usize) -> Option<u32> {
+        self[i].target.map(|target| target.geometry)
+    }
 }
 
-/// Whether something stands in the way of each of `rays`, which begin as `starts` say and follow `course`, written to the places of `occluded`; and what
-/// that took.
-pub fn occluded<F: Real, C: Course<F>>(
-    world: &World,
-    rays: &[ShadowRay],
-    starts: &[Start],
-    course: &mut C,
-    occluded: &mut [bool],
-) -> Cost {
-    let mut ends = [RayEnd::NONE; LANES];
-    let ends = &mut ends[..rays.len()];
-    let reached = follow(world, starts, course, MOST_STEPS, None, ends);
-    let mut cost = Cost::default();
-    for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
-        // Steps are counted of rays only.
-        cost += Cost { steps: 0, ..ends[i].cost };
-        *occluded = !match reached.place(i) {
-            Some(place) => arrives_from(world, ray, place, &mut cost),
-            None => arrives(world, ray, &ends[i].arrival),
-        };
+/// How up to [`LANES`] shadow rays are followed side by side.
+pub struct Sought<F> {
+    /// Where their geodesics begin; lanes without a ray repeat the last one.
+    pub x: Vector<F>,
+    /// Unit chart directions there.
+    pub d: Vector<F>,
+    /// Bits of those that start on the far side.
+    pub far: u32,
+    limit: F,
+    gap: F,
+}
+
+impl<F: Real> Sought<F> {
+    /// That of `rays`; `end` says of each the parameter at which it ends, and how far its chords may stray from it (scene units).
+    pub fn new(rays: &[ShadowRay], end: impl Fn(&ShadowRay) -> (f64, f64)) -> Self {
+        let ray = |i: usize| &rays[i.min(rays.len() - 1)];
+        let mut ends = [(0.0, 0.0); LANES];
+        for (ray, place) in rays.iter().zip(&mut ends) {
+            *place = end(ray);
+        }
+        let number = |f: fn((f64, f64)) -> f64| F::from_fn(|i| f(ends[i.min(rays.len() - 1)]));
+        Self {
+            x: Vector::from_fn(|i| ray(i).from),
+            d: Vector::from_fn(|i| ray(i).connection.launch),
+            far: rays.iter().enumerate().map(|(i, ray)| u32::from(ray.start.side == Side::Far) << i).sum(),
+            limit: number(|(limit, _)| limit),
+            gap: number(|(_, gap)| gap),
+        }
     }
-    cost
+
+    /// Whether something stands in the way of each of `rays`, which follow `course`, written to the places of `occluded`; and what that took.
+    pub fn occluded<C: Course<F>>(&self, world: &World, rays: &[ShadowRay], course: &mut C, occluded: &mut [bool]) -> Cost {
+        let start = Start::new(&rays, rays.len(), |i| &rays[i].start, self.gap, self.limit);
+        let mut ends = [RayEnd::NONE; LANES];
+        let ends = &mut ends[..rays.len()];
+        let reached = follow(world, &start, course, MOST_STEPS, None, ends);
+        let mut cost = Cost::default();
+        for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
+            // Steps are counted of rays only.
+            cost += Cost { steps: 0, ..ends[i].cost };
+            *occluded = !match reached.place(i) {
+                Some(place) => arrives_from(world, ray, place, &mut cost),
+                None => arrives(world, ray, &ends[i].arrival),
+            };
+        }
+        cost
+    }
 }
 
 /// What a shadow ray ends on, if other surfaces may be as near to its end as rounding.

@@ -201,9 +201,9 @@ impl<F: Real> Packet<'_, F> {
         let surfaces = self.surfaces_of(i)?;
         let piece = &piece.lane(i);
         let ends_at_throat = (self.crossing.bits() >> i & 1 == 1).then(|| piece.end());
-        let start = &self.starts[i];
+        let rays = self.start.rays;
         let departure = self.departures[i].as_ref();
-        let one = One { world: self.world, surfaces, piece, start, departure, ends_at_throat };
+        let one = One { world: self.world, surfaces, piece, ray: rays.ray(i), target: rays.target(i), departure, ends_at_throat };
         let (segment, enter, hit) = &hits.chords[i];
         one.resolve_hit(&Chord { from, to, before }, (segment, *enter, hit), &mut self.ends[i].cost)
     }
