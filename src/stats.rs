@@ -60,9 +60,17 @@ impl Phases {
     }
 }
 
+/// Shares of the geodesics between pairs of points that were sought and not found, by their number; empty if all were found.
+pub fn missed_connections(c: &Counters) -> Vec<f64> {
+    let sought = c.connections_sought.max(1) as f64;
+    let mut shares: Vec<f64> = { *c }.connections_missed().map(|missed| *missed as f64 / sought).to_vec();
+    shares.truncate(shares.iter().rposition(|share| *share > 0.0).map_or(0, |last| last + 1));
+    shares
+}
+
 /// Counts as JSON.
 pub fn counters_to_json(c: &Counters) -> Value {
-    json!({
+    let mut all = json!({
         "paths": c.paths,
         "geodesics": c.geodesics,
         "steps": c.steps,
@@ -88,7 +96,13 @@ pub fn counters_to_json(c: &Counters) -> Value {
         },
         "no_static_observer": c.no_static_observer,
         "samples_not_finite": c.not_finite,
-    })
+    });
+    let missed = missed_connections(c);
+    if !missed.is_empty() {
+        all["connections"]["sought"] = json!(c.connections_sought);
+        all["connections"]["not_found"] = json!(missed);
+    }
+    all
 }
 
 /// The largest amount of memory that the process has had so far (bytes); `None` where the system does not tell.
@@ -97,4 +111,20 @@ pub fn peak_memory() -> Option<u64> {
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kib * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn connections_that_were_not_found_are_told_if_there_are_any() {
+        let all_found = Counters { connections_sought: 8, ..Default::default() };
+        assert!(missed_connections(&all_found).is_empty());
+        assert!(counters_to_json(&all_found)["connections"].get("not_found").is_none());
+        let missed = Counters { connections_missed_2: 2, ..all_found };
+        assert_eq!(missed_connections(&missed), [0.0, 0.25]);
+        let json = counters_to_json(&missed);
+        assert_eq!((&json["connections"]["sought"], &json["connections"]["not_found"]), (&json!(8), &json!([0.0, 0.25])));
+    }
 }

@@ -11,7 +11,7 @@ use crate::output::{self, Plan, Rescue};
 use crate::render::{Ended, Rendered};
 use crate::say;
 use crate::signals::Signals;
-use crate::stats::{Phases, counters_to_json, peak_memory};
+use crate::stats::{Phases, counters_to_json, missed_connections, peak_memory};
 use anyhow::{Context, Result};
 use serde_json::json;
 use std::path::Path;
@@ -107,6 +107,9 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
     })
 }
 
+/// Share of rays to light samples from which on it is told that they were not found.
+const TOLD: f64 = 1e-3;
+
 pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
     let (c, seconds) = (&rendered.counters, rendered.seconds);
     let rays = c.geodesics as f64 / seconds.max(1e-9) / 1e6;
@@ -122,6 +125,15 @@ pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
         rendered.samples,
         phases.total()
     );
+    let missed = missed_connections(c);
+    if missed.iter().any(|share| *share >= TOLD) {
+        let shares: Vec<String> = missed.iter().map(|share| format!("{:.1} %", 100.0 * share)).collect();
+        let sought = c.connections_sought;
+        say!(
+            "of {sought} light samples the rays were not found, image by image, for {}; their light is left to chance",
+            shares.join(", ")
+        );
+    }
     if c.out_of_steps > 0 {
         say!("warning: {} rays ran out of steps and count as black; raise the integrator's `maxsteps`", c.out_of_steps);
     }

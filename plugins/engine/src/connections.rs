@@ -46,6 +46,10 @@ pub type ConnectionPair = [Option<Connection>; 2];
 pub trait Connections: Send + Sync {
     /// How many pairs of geodesics it offers between two points, at most [`MOST_TURNS`].
     fn turns(&self) -> u32;
+    /// How many geodesics it looks for between two points, at most two a turn.
+    fn images(&self) -> usize {
+        2 * self.turns() as usize
+    }
     /// The geodesics from `x` to `y` that make `turn` < [`Connections::turns`] whole turns, whether or not something stands in
     /// their way; `None` where there is none.
     fn connect(&self, world: &World, x: Place, y: Place, turn: u32) -> ConnectionPair;
@@ -64,6 +68,14 @@ pub trait Connections: Send + Sync {
     /// The same from `x` to infinitely far away in the unit chart direction `sky.0`. The spread is the solid angle there per solid
     /// angle at `x`, both in the chart: 1 in flat space. The sky is that of the side `sky`.
     fn connect_sky(&self, world: &World, x: Place, sky: (DVec3, Side), turn: u32) -> ConnectionPair;
+    /// The same for each of `ends`, a place and a direction of the sky, written to the places of the rows of `found`, one a turn from 0 on.
+    fn connect_sky_all(&self, world: &World, ends: &[(Place, (DVec3, Side))], found: &mut [&mut [ConnectionPair]]) {
+        for (turn, found) in (0..).zip(found) {
+            for ((x, sky), found) in ends.iter().zip(&mut **found) {
+                *found = self.connect_sky(world, *x, *sky, turn);
+            }
+        }
+    }
     /// The spread of the geodesic that was traced from `x` in the unit chart direction `launch` out of the scene, where it had swept `phi`
     /// (rad) and had the direction `sky.0` on the side `sky.1`: what [`Connections::connect_sky`] says of the same one. `None` if it does not offer that
     /// one.

@@ -1,5 +1,6 @@
 //! What is counted while light is traced.
 
+use crate::connections::MOST_TURNS;
 use crate::path_log::PathEvent;
 use bhs_core::ray::{Arrival, Cost, RayEnd};
 use std::ops::AddAssign;
@@ -50,6 +51,20 @@ counters! {
     chords_skipped,
     /// Stretches of orbits that were passed over because nothing was near.
     leaps,
+    /// Pairs of points, and points with directions of the sky, between which geodesics were sought.
+    connections_sought,
+    /// Of the geodesics of each number that were sought there, those that were not found, though they may be there.
+    connections_missed_1,
+    /// See [`Counters::connections_missed_1`].
+    connections_missed_2,
+    /// See [`Counters::connections_missed_1`].
+    connections_missed_3,
+    /// See [`Counters::connections_missed_1`].
+    connections_missed_4,
+    /// See [`Counters::connections_missed_1`].
+    connections_missed_5,
+    /// See [`Counters::connections_missed_1`].
+    connections_missed_6,
     /// Geodesics that were found between pairs of points for light sampling.
     connections,
     /// Those that carry no light: from behind a surface, or from the back of a light.
@@ -77,6 +92,18 @@ counters! {
 }
 
 impl Counters {
+    /// Counts of the geodesics between pairs of points that were sought and not found, by their number.
+    pub fn connections_missed(&mut self) -> [&mut u64; 2 * MOST_TURNS] {
+        [
+            &mut self.connections_missed_1,
+            &mut self.connections_missed_2,
+            &mut self.connections_missed_3,
+            &mut self.connections_missed_4,
+            &mut self.connections_missed_5,
+            &mut self.connections_missed_6,
+        ]
+    }
+
     /// Counts a ray that has been followed.
     #[inline]
     pub fn add_ray(&mut self, end: &RayEnd) {

@@ -2,7 +2,8 @@
 //!
 //! `tracer` knows which way of following rays belongs to which class of spacetimes: `spherical` orbits in planes, `graded_index` the rays of a
 //! refractive index, `general` those of any metric by Hamilton's equations. Each gives curves as `tracing::arc` has them, and `tracing` leads them
-//! through a world of surfaces. `connections` are the rays between two points, those of round spacetimes but the plain hole in `round`. `arithmetic` is what they compute with.
+//! through a world of surfaces. `connections` are the rays between two points, those of round spacetimes but the plain hole in `round`, those among
+//! several holes in `several`. `arithmetic` is what they compute with.
 
 mod adaptive;
 pub mod arithmetic;
@@ -13,6 +14,7 @@ pub mod graded_index;
 mod micro_steps;
 mod rk4;
 pub mod round;
+pub mod several;
 pub mod spherical;
 mod straight;
 mod tolerance;

@@ -278,7 +278,8 @@ impl Path {
                 drawn.push((met, light));
             }
         }
-        found.find(scene, connections, drawn.iter().map(|(met, light)| (scene.world.place_of(&met.vertex.hit), light)));
+        let ends = drawn.iter().map(|(met, light)| (scene.world.place_of(&met.vertex.hit), light));
+        found.find(scene, connections, ends, log);
         for (k, (Met { index, vertex, place }, light)) in drawn.iter().enumerate() {
             let (path, State { throughput, lambda, .. }) = (&mut paths[*index], &states[*index]);
             let (throughput, path_number) = (*throughput, *index);

@@ -12,6 +12,7 @@ use bhs_engine::path_log::{LightPlace, PathEvent};
 use bhs_engine::scene::{Scene, Vertex};
 use bhs_engine::stats::PathLog;
 use bhs_engine::transport::{BATCH, PathSample};
+use glam::DVec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// Geodesics to lights that may come together at one bounce of a batch of paths.
@@ -78,6 +79,9 @@ impl PendingShadowRays {
 /// by 2 %, time shrinks by 7 %.
 const FAINT: f32 = 0.5;
 
+/// A place, and a direction of the sky of a side.
+type Sky = (spacetime::Place, (DVec3, Side));
+
 /// The geodesics from vertices to points of lights, of a batch of paths.
 pub struct BatchConnections {
     /// For each number of whole turns around the hole, the pair of each vertex.
@@ -99,6 +103,7 @@ impl BatchConnections {
         scene: &Scene,
         connections: &dyn Connections,
         ends: impl Iterator<Item = (spacetime::Place, &'a LightSample)> + Clone,
+        log: &mut PathLog,
     ) {
         let is_sky = |light: &LightSample| matches!(light.source, LightSource::Sky { .. });
         // Nothing joins a point with itself: those of the sky are put in afterwards.
@@ -108,10 +113,39 @@ impl BatchConnections {
         let mut rows: ArrayVec<&mut [ConnectionPair], MOST_TURNS> =
             self.turns[..self.count].iter_mut().map(|found| &mut found[..pairs.len()]).collect();
         connections.connect_all(&scene.world, &pairs, &mut rows);
-        for (turn, found) in (0..).zip(rows) {
-            for (found, (x, light)) in found.iter_mut().zip(ends.clone()).filter(|(_, (_, light))| is_sky(light)) {
-                *found = connections.connect_sky(&scene.world, x, (light.point, light.side), turn);
+        drop(rows);
+        let count = pairs.len();
+        if ends.clone().any(|(_, light)| is_sky(light)) {
+            let of_sky = ends.enumerate().filter(|(_, (_, light))| is_sky(light));
+            self.find_in_sky(scene, connections, of_sky.map(|(k, (x, light))| (k, (x, (light.point, light.side)))).collect());
+        }
+        if scene.bends() {
+            self.count_missed(count, connections.images(), log);
+        }
+    }
+
+    /// Finds those to the sky, each with the number of its vertex.
+    #[inline(never)]
+    fn find_in_sky(&mut self, scene: &Scene, connections: &dyn Connections, of_sky: ArrayVec<(usize, Sky), BATCH>) {
+        let skies: ArrayVec<Sky, BATCH> = of_sky.iter().map(|(_, sky)| *sky).collect();
+        let mut pairs = [[[None; 2]; BATCH]; MOST_TURNS];
+        let mut rows: ArrayVec<&mut [ConnectionPair], MOST_TURNS> =
+            pairs[..self.count].iter_mut().map(|found| &mut found[..skies.len()]).collect();
+        connections.connect_sky_all(&scene.world, &skies, &mut rows);
+        for (turn, found) in self.turns[..self.count].iter_mut().zip(rows) {
+            for ((k, _), pair) in of_sky.iter().zip(found) {
+                turn[*k] = *pair;
             }
+        }
+    }
+
+    /// Counts those of the first `images` of each of `count` vertices that were not found.
+    #[inline(never)]
+    fn count_missed(&self, count: usize, images: usize, log: &mut PathLog) {
+        log.counters.connections_sought += count as u64;
+        for (image, missed) in log.counters.connections_missed().into_iter().enumerate().take(images) {
+            let found = self.turns[image / 2][..count].iter().filter(|pair| pair[image % 2].is_some()).count();
+            *missed += (count - found) as u64;
         }
     }
 

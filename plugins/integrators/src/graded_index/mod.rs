@@ -6,9 +6,6 @@
 
 pub mod bundle;
 pub mod connect;
-mod connect_blend;
-mod connect_images;
-mod connect_newton;
 pub mod course;
 pub mod dense;
 mod escape;

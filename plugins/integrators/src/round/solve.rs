@@ -76,11 +76,14 @@ const NEAREST: f64 = 1e-8;
 
 /// Iterations, and the error of the swept angle (rad) at which the first few nodes have done their part.
 const COARSE_ITERATIONS: u32 = 40;
-const FINE_ITERATIONS: u32 = 12;
+const FINE_ITERATIONS: u32 = 20;
 const GUESSED: f64 = 2e-3;
 
 /// Error of the swept angle (rad) from which one step of Newton's method leads to the end.
-const LAST: f64 = 2e-6;
+const LAST: f64 = 2e-7;
+
+/// Error of the swept angle (rad) that will do where rounding makes none less.
+const ROUNDED: f64 = 1e-5;
 
 /// The smallest angle (rad): less is to rounding radial.
 const LEAST_ANGLE: f64 = 1e-11;
@@ -249,7 +252,10 @@ impl<'a> Pair<'a> {
                 break;
             }
         }
-        (accuracy == Accuracy::Coarse).then(|| (p, self.member(family, p, accuracy), 0.0))
+        // Beside the photon sphere, the angles of rays that wind have larger errors of rounding.
+        let member = self.member(family, p, accuracy);
+        let is_found = (member.swept.angle.at - psi).abs() <= ROUNDED;
+        (accuracy == Accuracy::Coarse || is_found).then_some((p, member, 0.0))
     }
 
     /// The ray that sweeps `psi` >= 0 (rad); `None` if it cannot be told from one that winds for ever.

@@ -103,8 +103,11 @@ pub struct Way<'a> {
     pub is_inner: bool,
 }
 
-/// Up to this 2/zeta that is the variable itself.
-const ALGEBRAIC: f64 = 1.0;
+/// Up to this 2/zeta that is the variable itself: with few nodes, and with many.
+const ALGEBRAIC: [f64; 2] = [3.0, 1.0];
+
+/// Length of a stretch, over 1 + |x|, up to which R^2 is a parabola to rounding.
+const SHORT: f64 = 1e-4;
 
 impl Way<'_> {
     /// From `start` outwards to |x| = `end`, which may be infinite.
@@ -162,7 +165,9 @@ impl Way<'_> {
         } else {
             Varied::fixed(0.0)
         };
-        let is_algebraic = near.at <= ALGEBRAIC;
+        // A stretch so short that the difference of squares would be rounding is a parabola.
+        let bend = (length <= SHORT * (1.0 + start.x.at)).then(|| profile.bend(start.x.at, is_inner));
+        let is_algebraic = near.at <= ALGEBRAIC[usize::from(B > 1)];
         let area_sine = |v: Varied| Varied { at: v.at.asinh(), by: v.by / (1.0 + v.at * v.at).sqrt() };
         let [far, near] = if is_algebraic { [far, near] } else { [far, near].map(area_sine) };
         let range = Varied { at: near.at - far.at, by: near.by - far.by };
@@ -194,8 +199,17 @@ impl Way<'_> {
             let x = c(start.x.at) + v;
             let x_by = c(start.x.by) + v_by;
             let Radii { square, slope, rho, pace } = profile.at(x, is_inner);
-            let rest = (square - c(h.at * h.at)).fast_max(c(f64::MIN_POSITIVE));
-            let rest_by = slope * x_by - c(h.at * h.by);
+            // R^2 - h^2, and half its derivative.
+            let (rest, rest_by) = match bend {
+                None => (square - c(h.at * h.at), slope * x_by - c(h.at * h.by)),
+                Some(bend) => {
+                    let (c0, c1) = (start.root, start.slope);
+                    let twice = c(2.0 * c1.at) + c(bend) * v;
+                    let by = c(c0.at * c0.by) + c(c1.by) * v + (c(c1.at) + c(bend) * v) * v_by;
+                    (c(c0.at * c0.at) + twice * v, by)
+                }
+            };
+            let rest = rest.fast_max(c(f64::MIN_POSITIVE));
             // Without h.
             let share = *weight * model * pace * measure / rest.sqrt();
             let share_by = model_by / model - rest_by / rest - x * x_by * pace * pace + measure_by;
