@@ -374,10 +374,11 @@ fn build_shapes(
             break;
         }
         let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
-        let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) else { continue };
+        let make = |entity: &Entity, found: &mut Vec<Diagnostic>| create::<dyn Shape>(entity, registry, context, found);
+        let Some(made) = make(&shape.entity, found) else { continue };
         let surfaces = made.into_geometry();
         if let Some(object) = shape.object.and_then(|o| objects.get_mut(o)) {
-            parts.extend(instances::add_shape(object, &shape, index, surfaces, registry, context, found));
+            parts.extend(instances::add_shape(object, &shape, index, surfaces, make, found));
             continue;
         }
         let (span, side) = (shape.entity.name.span, shape.entity.side);
