@@ -1,34 +1,13 @@
 //! Objects and where they stand: from their shapes to geometry that is kept once.
 
-use crate::lang::assemble::Part;
-use crate::lang::build::LoadCounters;
 use crate::lang::description::{Entity, InstanceEntity, ShapeEntity};
+use crate::lang::parts::{LoadCounters, MeshPart, ObjectPart, Part};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span};
 use bhs_core::geometry::instance::{Instance, Object};
-use bhs_core::geometry::{Aabb, Geometry, Shape, WorldGeometry, WorldMesh};
+use bhs_core::geometry::{Aabb, Geometry, Shape, WorldGeometry};
 use bhs_core::spacetime::Side;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
-
-/// An object whose meshes have been made.
-#[derive(Default)]
-pub(super) struct ObjectPart {
-    pub meshes: Vec<WorldMesh>,
-    /// What each mesh is made of.
-    pub parts: Vec<MeshPart>,
-    /// Where it stands, with the place of the name in the text.
-    pub places: Vec<(Span, DAffine3, Side)>,
-}
-
-/// What a mesh of an object is made of.
-pub(super) struct MeshPart {
-    /// Place of the shape's name.
-    pub span: Span,
-    /// Number of the directive.
-    pub index: u32,
-    /// Index of its material; `None` for the default one.
-    pub material: Option<usize>,
-}
 
 /// The objects without their shapes.
 pub(super) fn places(count: usize, instances: &[InstanceEntity]) -> Vec<ObjectPart> {
