@@ -4,7 +4,7 @@ use crate::cli::{Cli, SceneArgs, TraceArgs};
 use crate::files::{self, Root};
 use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Overrides, SourceMap};
-use crate::memory::TooLarge;
+use crate::memory::picture::TooLarge;
 use crate::output::{OutputFile, Plan};
 use crate::registry::Registry;
 use crate::signals::StopSignal;

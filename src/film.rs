@@ -3,7 +3,7 @@
 use crate::image::{Frame, Picture, single_precision};
 use crate::layers::{LayerPicture, Value};
 use crate::memory::{self, OutOfMemory};
-use crate::render::Wave;
+use crate::render::waves::Wave;
 use bhs_core::camera::Film;
 use bhs_core::layer::Layer;
 use glam::DVec3;

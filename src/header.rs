@@ -3,27 +3,13 @@
 //! `chromaticities`, `worldToCamera`, `worldToNDC`, `capDate`, `utcOffset` and `comments` are those of OpenEXR's "Standard Optional
 //! Attributes" (ImfStandardAttributes.h).
 
+use crate::image::Attribute;
 use crate::lang::BuiltScene;
 use crate::render::Rendered;
 use bhs_core::camera::CameraMatrices;
-use exr::meta::attribute::{AttributeValue, Chromaticities, Matrix4x4};
+use exr::meta::attribute::{Chromaticities, Matrix4x4};
 use exr::prelude as exrs;
 use glam::{DAffine3, DMat4};
-
-/// The value of an attribute.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Attribute {
-    /// Words.
-    Text(String),
-    /// A number.
-    Number(f64),
-    /// A number that OpenEXR keeps in single precision.
-    Single(f32),
-    /// A matrix for row vectors, row by row: points are multiplied from the left, as OpenEXR and Imath do.
-    Matrix(Matrix4x4),
-    /// Primaries and white of red, green and blue.
-    Chromaticities(Chromaticities),
-}
 
 /// The primaries and the white point of sRGB (IEC 61966-2-1; ITU-R BT.709).
 const SRGB: Chromaticities = Chromaticities {
@@ -32,31 +18,6 @@ const SRGB: Chromaticities = Chromaticities {
     blue: exrs::Vec2(0.15, 0.06),
     white: exrs::Vec2(0.3127, 0.3290),
 };
-
-impl Attribute {
-    /// Puts it into the header of a picture that is about to be written, under `name`.
-    pub(crate) fn put_into<C>(&self, image: &mut exrs::Image<exrs::Layer<C>>, name: &str) {
-        let layer = &mut image.layer_data.attributes;
-        match (name, self) {
-            ("chromaticities", Self::Chromaticities(c)) => image.attributes.chromaticities = Some(*c),
-            ("worldToCamera", Self::Matrix(m)) => layer.world_to_camera = Some(*m),
-            ("worldToNDC", Self::Matrix(m)) => layer.world_to_normalized_device = Some(*m),
-            ("capDate", Self::Text(t)) => layer.capture_date = Some(t.as_str().into()),
-            ("utcOffset", Self::Single(x)) => layer.utc_offset = Some(*x),
-            ("comments", Self::Text(t)) => layer.comments = Some(t.as_str().into()),
-            (name, other) => {
-                let value = match other {
-                    Self::Text(t) => AttributeValue::Text(t.as_str().into()),
-                    Self::Number(x) => AttributeValue::F64(*x),
-                    Self::Single(x) => AttributeValue::F32(*x),
-                    Self::Matrix(m) => AttributeValue::Matrix4x4(*m),
-                    Self::Chromaticities(c) => AttributeValue::Chromaticities(*c),
-                };
-                layer.other.insert(name.into(), value);
-            }
-        }
-    }
-}
 
 /// What the header says of a picture that has been rendered.
 pub fn attributes(built: &BuiltScene, rendered: &Rendered) -> Vec<(String, Attribute)> {

@@ -1,7 +1,7 @@
 //! Pictures in memory, and their EXR and PNG files.
 
-use crate::header::Attribute;
 use anyhow::{Context, Result, bail};
+use exr::meta::attribute::{AttributeValue, Chromaticities, Matrix4x4};
 use exr::prelude as exrs;
 use std::io::Write;
 use std::path::Path;
@@ -26,6 +26,46 @@ pub struct Frame {
     pub offset: [usize; 2],
     /// Width and height of the frame.
     pub size: [usize; 2],
+}
+
+/// The value of an attribute of an EXR file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Attribute {
+    /// Words.
+    Text(String),
+    /// A number.
+    Number(f64),
+    /// A number that OpenEXR keeps in single precision.
+    Single(f32),
+    /// A matrix for row vectors, row by row: points are multiplied from the left, as OpenEXR and Imath do.
+    Matrix(Matrix4x4),
+    /// Primaries and white of red, green and blue.
+    Chromaticities(Chromaticities),
+}
+
+impl Attribute {
+    /// Puts it into the header of a picture that is about to be written, under `name`.
+    pub(crate) fn put_into<C>(&self, image: &mut exrs::Image<exrs::Layer<C>>, name: &str) {
+        let layer = &mut image.layer_data.attributes;
+        match (name, self) {
+            ("chromaticities", Self::Chromaticities(c)) => image.attributes.chromaticities = Some(*c),
+            ("worldToCamera", Self::Matrix(m)) => layer.world_to_camera = Some(*m),
+            ("worldToNDC", Self::Matrix(m)) => layer.world_to_normalized_device = Some(*m),
+            ("capDate", Self::Text(t)) => layer.capture_date = Some(t.as_str().into()),
+            ("utcOffset", Self::Single(x)) => layer.utc_offset = Some(*x),
+            ("comments", Self::Text(t)) => layer.comments = Some(t.as_str().into()),
+            (name, other) => {
+                let value = match other {
+                    Self::Text(t) => AttributeValue::Text(t.as_str().into()),
+                    Self::Number(x) => AttributeValue::F64(*x),
+                    Self::Single(x) => AttributeValue::F32(*x),
+                    Self::Matrix(m) => AttributeValue::Matrix4x4(*m),
+                    Self::Chromaticities(c) => AttributeValue::Chromaticities(*c),
+                };
+                layer.other.insert(name.into(), value);
+            }
+        }
+    }
 }
 
 /// A value as files keep it: the largest number of its sign in place of what is larger, and 0 for what is no number. Where that happens,

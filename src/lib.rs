@@ -14,6 +14,7 @@ pub mod files;
 pub mod film;
 pub mod header;
 pub mod image;
+pub mod job;
 pub mod lang;
 pub mod layers;
 pub mod memory;

@@ -2,8 +2,7 @@
 //!
 //! Samples that are not finite are left out of their pixels; the first few are kept by name, so that they can be replayed.
 
-use crate::film::BeyondSinglePrecision;
-use crate::render::Rendered;
+use crate::film::{BeyondSinglePrecision, Framebuffer};
 use serde_json::{Value, json};
 
 /// A sample of a render.
@@ -50,19 +49,24 @@ impl FirstSamples {
     }
 }
 
-/// What the user must know of a render, whatever else is shown: nothing if all its numbers are finite. `replay` is the command that follows a
-/// sample once more.
-pub fn warnings(rendered: &Rendered, seed: u64, replay: impl Fn(&SampleId) -> String) -> Vec<String> {
+/// What the user must know of a render, whatever else is shown: nothing if all its numbers are finite. So many samples were not, `first` are the
+/// first of them; `replay` is the command that follows a sample once more.
+pub fn warnings(
+    count: u64,
+    first: &FirstSamples,
+    frame: &Framebuffer,
+    seed: u64,
+    replay: impl Fn(&SampleId) -> String,
+) -> Vec<String> {
     let mut words = Vec::new();
-    let count = rendered.counters.not_finite;
     if count > 0 {
         let (samples, were) =
             if count == 1 { ("sample", "was not finite and was") } else { ("samples", "were not finite and were") };
         words.push(format!("warning: {count} {samples} {were} left out of the picture"));
-        for id @ SampleId { pixel: [x, y], sample } in rendered.not_finite.iter() {
+        for id @ SampleId { pixel: [x, y], sample } in first.iter() {
             words.push(format!("  pixel {x},{y}, sample {sample}, seed {seed}: {}", replay(id)));
         }
-        let unnamed = count.saturating_sub(rendered.not_finite.iter().count() as u64);
+        let unnamed = count.saturating_sub(first.iter().count() as u64);
         if unnamed > 0 {
             words.push(format!("  and {unnamed} more"));
         }
@@ -72,7 +76,7 @@ pub fn warnings(rendered: &Rendered, seed: u64, replay: impl Fn(&SampleId) -> St
                 .into(),
         );
     }
-    for BeyondSinglePrecision { channel, pixels, first: [x, y] } in rendered.frame.beyond_single_precision() {
+    for BeyondSinglePrecision { channel, pixels, first: [x, y] } in frame.beyond_single_precision() {
         let (pixels, have) = if pixels == 1 { ("1 pixel".to_owned(), "has") } else { (format!("{pixels} pixels"), "have") };
         words.push(format!(
             "warning: {pixels} {have} a value in the channel {channel} that single precision cannot hold (such as pixel {x},{y}); \
@@ -83,12 +87,12 @@ pub fn warnings(rendered: &Rendered, seed: u64, replay: impl Fn(&SampleId) -> St
 }
 
 /// The same for the statistics of a render.
-pub fn to_json(rendered: &Rendered) -> Value {
-    let samples = rendered.not_finite.iter().map(|s| json!({ "pixel": s.pixel, "sample": s.sample }));
-    let beyond = rendered.frame.beyond_single_precision();
+pub fn to_json(count: u64, first: &FirstSamples, frame: &Framebuffer) -> Value {
+    let samples = first.iter().map(|s| json!({ "pixel": s.pixel, "sample": s.sample }));
+    let beyond = frame.beyond_single_precision();
     let beyond = beyond.iter().map(|b| json!({ "channel": b.channel, "pixels": b.pixels, "first_pixel": b.first }));
     json!({
-        "samples": rendered.counters.not_finite,
+        "samples": count,
         "first_samples": samples.collect::<Vec<_>>(),
         "beyond_single_precision": beyond.collect::<Vec<_>>(),
     })

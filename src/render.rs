@@ -5,8 +5,9 @@
 //! whole, if noisier in places, and a render that is resumed goes on there.
 
 mod state;
-mod waves;
+pub(crate) mod waves;
 
+pub use crate::job::Job;
 pub use state::{RenderState, Snapshot};
 pub use waves::{Limits, Wave};
 
@@ -19,47 +20,11 @@ use crate::progress::Progress;
 use crate::sample::CameraSample;
 use crate::signals::{Signals, StopSignal};
 use arrayvec::ArrayVec;
-use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
-use bhs_core::sampling::{SampleStream, Sampler};
+use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::VisibleWavelengths;
-use bhs_engine::scene::Scene;
 use bhs_engine::stats::{Counters, PathLog};
-use bhs_engine::transport::{BATCH, LightTransport, PathSample};
+use bhs_engine::transport::{BATCH, PathSample};
 use std::sync::Arc;
-
-/// Everything that a render needs.
-#[derive(Clone, Copy)]
-pub struct Job<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Where it is seen from.
-    pub camera: &'a dyn Camera,
-    /// How that stands there.
-    pub viewpoint: &'a Viewpoint,
-    /// What records it.
-    pub film: &'a dyn Film,
-    /// Where samples of a pixel go.
-    pub filter: &'a dyn Filter,
-    /// Random numbers.
-    pub sampler: &'a dyn Sampler,
-    /// The method.
-    pub transport: &'a dyn LightTransport,
-}
-
-impl<'a> Job<'a> {
-    /// The render that a built scene describes.
-    pub fn of(built: &'a BuiltScene) -> Self {
-        Self {
-            scene: &built.scene,
-            camera: &*built.camera,
-            viewpoint: &built.viewpoint,
-            film: &*built.film,
-            filter: &*built.filter,
-            sampler: &*built.sampler,
-            transport: &*built.transport,
-        }
-    }
-}
 
 /// As [`try_render_quietly`], for small pictures.
 ///

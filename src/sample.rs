@@ -1,22 +1,12 @@
-//! Camera rays; and one sample of one pixel: its ray and wavelengths, and what the film receives of it.
+//! One sample of one pixel: its ray and wavelengths, and what the film receives of it.
 
+use crate::job::Job;
 use crate::not_finite::SampleId;
-use crate::render::Job;
-use bhs_core::ray::Ray;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
 use bhs_engine::stats::PathLog;
 use bhs_engine::transport::PathSample;
-use glam::{DVec2, Vec2};
-
-impl Job<'_> {
-    /// The ray along which the camera sees the point `raster` of its picture (pixels) through the point `lens` of its lens ([0,1)^2), and the
-    /// wavelength of its light there over that at E = 1: see [`bhs_engine::scene::Scene::camera_ray`]. All camera rays are made here.
-    #[inline]
-    pub fn camera_ray(&self, raster: DVec2, lens: Vec2) -> (Ray, Option<f64>) {
-        self.scene.camera_ray(&self.camera.ray(raster, lens), self.viewpoint)
-    }
-}
+use glam::DVec2;
 
 /// One sample of one pixel, as its observer sees it.
 pub struct CameraSample {

@@ -42,6 +42,7 @@ mod replay;
 mod shapes;
 mod signals;
 mod sky_lights;
+mod sources;
 mod spacetimes;
 mod standard_error;
 mod textures;

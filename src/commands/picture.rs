@@ -90,7 +90,8 @@ impl Session<'_> {
         }
         let rendered = state.rendered(ended);
         let replay = |sample: &SampleId| replay::command(args, built.camera_name.as_deref(), sample);
-        not_finite::warnings(&rendered, built.seed, replay).iter().for_each(|line| say!("{line}"));
+        let (count, first) = (rendered.counters.not_finite, &rendered.not_finite);
+        not_finite::warnings(count, first, &rendered.frame, built.seed, replay).iter().for_each(|line| say!("{line}"));
         let kept = outputs.write(built, &rendered, phases, args.quiet, rescue);
         Ok((ended, saved.is_ok() && kept == Kept::InPlace))
     }

@@ -5,7 +5,8 @@ use super::picture::Session;
 use super::{Common, ExitStatus, load, overrides, replay, show};
 use crate::cli::RenderArgs;
 use crate::lang::{BuiltScene, Overrides};
-use crate::memory::{self, TooLarge};
+use crate::memory;
+use crate::memory::picture::TooLarge;
 use crate::not_finite::{self, SampleId};
 use crate::output::{self, Plan, Rescue};
 use crate::render::{Ended, Rendered};
@@ -39,7 +40,7 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");
     // Meshes and skies have their memory now.
-    if let Some(found) = memory::check(&*built.film) {
+    if let Some(found) = memory::picture::check(&*built.film) {
         show(&[found], &sources, common.color);
         return Ok(ExitStatus::Fault);
     }
@@ -103,7 +104,7 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
         "triangles": built.load.triangles,
         "zero_area_triangles_dropped": built.load.zero_area_triangles,
         "counts": counters_to_json(&rendered.counters),
-        "not_finite": not_finite::to_json(rendered),
+        "not_finite": not_finite::to_json(rendered.counters.not_finite, &rendered.not_finite, &rendered.frame),
     })
 }
 

@@ -1,79 +1,25 @@
 //! Plugins, each made alone, to a scene: render space, the intersector, emitters, and what must hold between the parts.
 
-use crate::lang::build::{LoadCounters, View};
 use crate::lang::coplanar;
 use crate::lang::has_errors;
-use crate::lang::instances::{ObjectPart, Placed};
+use crate::lang::instances::Placed;
 use crate::lang::overrides::Overrides;
+use crate::lang::parts::{LoadCounters, Part, PartCamera, PartLight, Parts, View};
 use crate::lang::spacetime::{Gravity, choose_integrator};
 use crate::registry::Registry;
-use bhs_core::camera::{Camera, Viewpoint};
+use bhs_core::camera::Camera;
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
-use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
 use bhs_core::sampling::Discrete;
 use bhs_core::spacetime::Side;
-use bhs_engine::integrator::IntegratorBuilder;
 use bhs_engine::light_sampling::{Emitter, LightSampler};
 use bhs_engine::scene::{Footprints, Scene, ShapeBinding};
 use bhs_engine::world::World;
 use glam::{DVec3, Vec2};
 use std::collections::VecDeque;
 use std::sync::Arc;
-
-/// All plugins of a scene, in world space. What could not be made has been reported.
-pub(super) struct Parts {
-    pub integrator: Option<(String, Box<dyn IntegratorBuilder>)>,
-    /// With the place of its name.
-    pub intersector: Option<(Span, Box<dyn IntersectorBuilder>)>,
-    /// At least one.
-    pub cameras: Vec<PartCamera>,
-    /// What bends light.
-    pub gravity: Option<Gravity>,
-    pub lambda_range: [f32; 2],
-    pub materials: Vec<Option<Arc<dyn Material>>>,
-    pub default_material: Option<Box<dyn Material>>,
-    pub area_lights: Vec<Option<Box<dyn AreaLight>>>,
-    pub lights: Vec<PartLight>,
-    /// Whether the light transport samples lights.
-    pub samples_lights: bool,
-    pub shapes: Vec<Part>,
-    pub objects: Vec<ObjectPart>,
-}
-
-/// A camera that has been made.
-pub(super) struct PartCamera {
-    /// Its own name.
-    pub name: Option<String>,
-    /// Place of the plugin's name, if the scene has a camera.
-    pub span: Option<Span>,
-    pub camera: Option<Box<dyn Camera>>,
-    pub viewpoint: Viewpoint,
-}
-
-/// A light that is no surface.
-pub(super) struct PartLight {
-    /// Place of its name.
-    pub span: Span,
-    pub side: Side,
-    pub light: Option<Box<dyn Light>>,
-}
-
-/// A shape that has been made.
-pub(super) struct Part {
-    pub geometry: WorldGeometry,
-    pub side: Side,
-    /// Place of its name.
-    pub span: Span,
-    /// Number of the directive.
-    pub index: u32,
-    /// Index of its material; `None` for the default one.
-    pub material: Option<usize>,
-    /// Index of its area light.
-    pub area_light: Option<usize>,
-}
 
 /// A scene in render space.
 pub(super) struct Assembled {

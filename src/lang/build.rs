@@ -1,17 +1,19 @@
 //! The description of a scene to a scene that can be rendered: every plugin made, everything joined, moved to render space.
 
-use crate::lang::assemble::{self, Part, PartCamera, PartLight, Parts};
-use crate::lang::attributes;
+use crate::lang::assemble;
+use crate::lang::create::{create, create_with};
+use crate::lang::defaults;
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::errors::ErrorCount;
-use crate::lang::instances::{self, ObjectPart};
+use crate::lang::instances;
 use crate::lang::names::{Names, Pictures};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::parse::MAX_ERRORS;
+use crate::lang::parts::{ObjectPart, Part, PartCamera, PartLight, Parts, View};
 use crate::lang::seed;
 use crate::lang::source::SourceMap;
 use crate::lang::spacetime::build_spacetime;
-use crate::memory::{self, TooLarge};
+use crate::memory::picture::{self, TooLarge};
 use crate::registry::{Kind, Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
@@ -23,9 +25,11 @@ use bhs_core::params::{Context, Params};
 use bhs_core::sampling::Sampler;
 use bhs_core::value::Param;
 use bhs_engine::integrator::IntegratorBuilder;
-use bhs_engine::scene::{Footprints, Scene};
+use bhs_engine::scene::Scene;
 use bhs_engine::transport::LightTransport;
 use std::collections::VecDeque;
+
+pub use crate::lang::parts::LoadCounters;
 
 /// A scene that can be rendered.
 pub struct BuiltScene {
@@ -65,14 +69,6 @@ pub struct BuiltScene {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A camera, and what a scene knows of it.
-pub(super) struct View {
-    pub name: Option<String>,
-    pub camera: Box<dyn Camera>,
-    pub viewpoint: Viewpoint,
-    pub footprints: Footprints,
-}
-
 impl BuiltScene {
     /// The names of the cameras that have not had their turn, the current one first.
     pub fn camera_names(&self) -> impl Iterator<Item = Option<&str>> {
@@ -89,19 +85,6 @@ impl BuiltScene {
         self.scene.footprints = footprints;
         true
     }
-}
-
-/// What was loaded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LoadCounters {
-    /// Shapes.
-    pub shapes: u64,
-    /// Places where objects stand.
-    pub instances: u64,
-    /// Triangles, those of an object once, the dropped ones not counted.
-    pub triangles: u64,
-    /// Triangles without area, which were dropped.
-    pub zero_area_triangles: u64,
 }
 
 /// Builds the scene that `description` describes, as `overrides` change it. `found` is what was found wrong with its text;
@@ -205,7 +188,7 @@ pub fn build(
     // All has been checked that can be checked alone; now what it makes together.
     let assembled = assemble::assemble(parts, registry, overrides, &mut found);
     if !crate::lang::has_errors(&found) {
-        attributes::warn_unused(&description, &mut found);
+        defaults::warn_unused(&description.attributes, &mut found);
     }
     if ErrorCount::default().count(&found) >= MAX_ERRORS && !found.iter().any(|d| d.code == "too-many-errors") {
         let message = format!("there are more than {MAX_ERRORS} errors; not all of the scene has been looked at");
@@ -246,7 +229,7 @@ fn too_large(film: &dyn Film, entity: &Entity, then: TooLarge) -> Option<Diagnos
         return None;
     }
     let size = entity.params.iter().find(|p| p.name.value == "xresolution");
-    let found = memory::check_at(film, size.map_or(entity.name.span, |p| p.name.span))?;
+    let found = picture::check_at(film, size.map_or(entity.name.span, |p| p.name.span))?;
     let severity = if then == TooLarge::Refuse { Severity::Error } else { Severity::Warning };
     Some(Diagnostic { severity, ..found })
 }
@@ -266,27 +249,6 @@ fn warn_of_guided_crop(film: &dyn Film, transport: &dyn LightTransport, settings
             .and(place(&settings.transport, "guiding"), "and learned from")
             .help("the mean is the same, the noise is not; to put parts together, render them without `guiding`"),
     );
-}
-
-/// Makes a plugin under the transform of its directive.
-pub(super) fn create<T: Kind + ?Sized>(
-    e: &Entity,
-    registry: &Registry,
-    context: Context,
-    found: &mut Vec<Diagnostic>,
-) -> Option<Box<T>> {
-    registry.create::<T>(e, Context { world_from_object: *e.world_from_object, ..context }, found)
-}
-
-/// The same with what the directive itself reads: see [`Registry::create_with`].
-pub(super) fn create_with<T: Kind + ?Sized, D>(
-    e: &Entity,
-    registry: &Registry,
-    context: Context,
-    found: &mut Vec<Diagnostic>,
-    read: impl FnOnce(&Params) -> Option<D>,
-) -> (Option<Box<T>>, Option<D>) {
-    registry.create_with::<T, D>(e, Context { world_from_object: *e.world_from_object, ..context }, found, read)
 }
 
 fn create_all<'e, T: Kind + ?Sized>(
@@ -374,10 +336,11 @@ fn build_shapes(
             break;
         }
         let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
-        let Some(made) = create::<dyn Shape>(&shape.entity, registry, context, found) else { continue };
+        let make = |entity: &Entity, found: &mut Vec<Diagnostic>| create::<dyn Shape>(entity, registry, context, found);
+        let Some(made) = make(&shape.entity, found) else { continue };
         let surfaces = made.into_geometry();
         if let Some(object) = shape.object.and_then(|o| objects.get_mut(o)) {
-            parts.extend(instances::add_shape(object, &shape, index, surfaces, registry, context, found));
+            parts.extend(instances::add_shape(object, &shape, index, surfaces, make, found));
             continue;
         }
         let (span, side) = (shape.entity.name.span, shape.entity.side);

@@ -1,6 +1,6 @@
 //! A scene as plain data: what is to be built, with transforms and attributes resolved and no plugin made yet.
 
-use crate::lang::attributes::{AttributeParam, Defaults};
+use crate::lang::defaults::{AttributeParam, Defaults};
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::spacetime::Side;
 use bhs_core::value::Param;

@@ -5,7 +5,8 @@
 //! formatted changes nothing.
 
 use crate::lang::ast::Directive;
-use crate::lang::parse::parse;
+use crate::lang::parse::Directives;
+use crate::lang::resolve::directives::KEYWORDS;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::value::Param;
 
@@ -23,7 +24,9 @@ const DEEPEST: usize = 10;
 /// # Errors
 /// What is wrong with its syntax. Directives and plugins may be unknown.
 pub fn format(text: &str, file: u16) -> Result<String, Vec<Diagnostic>> {
-    let (directives, found) = parse(text, file);
+    let mut reader = Directives::new(text, file).suggesting(KEYWORDS);
+    let directives: Vec<Directive> = reader.by_ref().collect();
+    let found = reader.into_faults();
     if !found.is_empty() {
         return Err(found);
     }

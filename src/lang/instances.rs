@@ -1,36 +1,13 @@
 //! Objects and where they stand: from their shapes to geometry that is kept once.
 
-use crate::lang::assemble::Part;
-use crate::lang::build::{LoadCounters, create};
-use crate::lang::description::{InstanceEntity, ShapeEntity};
-use crate::registry::Registry;
+use crate::lang::description::{Entity, InstanceEntity, ShapeEntity};
+use crate::lang::parts::{LoadCounters, MeshPart, ObjectPart, Part};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span};
 use bhs_core::geometry::instance::{Instance, Object};
-use bhs_core::geometry::{Aabb, Geometry, Shape, WorldGeometry, WorldMesh};
-use bhs_core::params::Context;
+use bhs_core::geometry::{Aabb, Geometry, Shape, WorldGeometry};
 use bhs_core::spacetime::Side;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
-
-/// An object whose meshes have been made.
-#[derive(Default)]
-pub(super) struct ObjectPart {
-    pub meshes: Vec<WorldMesh>,
-    /// What each mesh is made of.
-    pub parts: Vec<MeshPart>,
-    /// Where it stands, with the place of the name in the text.
-    pub places: Vec<(Span, DAffine3, Side)>,
-}
-
-/// What a mesh of an object is made of.
-pub(super) struct MeshPart {
-    /// Place of the shape's name.
-    pub span: Span,
-    /// Number of the directive.
-    pub index: u32,
-    /// Index of its material; `None` for the default one.
-    pub material: Option<usize>,
-}
 
 /// The objects without their shapes.
 pub(super) fn places(count: usize, instances: &[InstanceEntity]) -> Vec<ObjectPart> {
@@ -43,15 +20,14 @@ pub(super) fn places(count: usize, instances: &[InstanceEntity]) -> Vec<ObjectPa
     objects
 }
 
-/// Adds a shape to its object. Meshes are kept once; surfaces given by a formula, which take no room, are made anew for every place and
-/// returned.
+/// Adds a shape to its object, of which `made` is the geometry. Meshes are kept once; surfaces given by a formula, which take no room, are made
+/// anew for every place by `make`, and returned.
 pub(super) fn add_shape(
     object: &mut ObjectPart,
     shape: &ShapeEntity,
     index: u32,
     made: Vec<WorldGeometry>,
-    registry: &Registry,
-    context: Context,
+    make: impl Fn(&Entity, &mut Vec<Diagnostic>) -> Option<Box<dyn Shape>>,
     found: &mut Vec<Diagnostic>,
 ) -> Vec<Part> {
     let span = shape.entity.name.span;
@@ -73,7 +49,7 @@ pub(super) fn add_shape(
         let mut said = Vec::new();
         let mut entity = shape.entity.clone();
         entity.world_from_object = Arc::new(*place * *entity.world_from_object);
-        let Some(made) = create::<dyn Shape>(&entity, registry, context, &mut said) else {
+        let Some(made) = make(&entity, &mut said) else {
             // Nothing was wrong with it where it was defined. What is wrong at one place may be so at many.
             found.extend(said.into_iter().filter(|d| d.severity == Severity::Error));
             break;

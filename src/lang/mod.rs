@@ -12,12 +12,11 @@
 
 mod assemble;
 pub mod ast;
-pub mod attributes;
 pub mod build;
-mod call;
 mod coplanar;
+mod create;
+pub mod defaults;
 pub mod description;
-mod directives;
 mod errors;
 pub mod format;
 
@@ -26,9 +25,9 @@ mod labels;
 mod lines;
 mod method;
 mod names;
-mod objects;
 pub mod overrides;
 pub mod parse;
+mod parts;
 pub mod resolve;
 mod seed;
 pub mod source;
@@ -36,7 +35,6 @@ mod spacetime;
 #[cfg(test)]
 mod tests;
 pub mod transform;
-mod views;
 
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
@@ -84,7 +82,7 @@ pub fn load_text(
 
 /// The words of all directives, in alphabetical order.
 pub fn keywords() -> impl Iterator<Item = &'static str> {
-    directives::keywords()
+    resolve::directives::KEYWORDS.iter().copied()
 }
 
 /// Whether one of the findings stops the program.

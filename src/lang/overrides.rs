@@ -3,10 +3,10 @@
 //! Flags become text of their own in the source map, so that what is wrong with them is reported like what is wrong with a
 //! scene, with the flag underlined.
 
-use crate::lang::attributes::Defaults;
+use crate::lang::defaults::Defaults;
 use crate::lang::description::{CameraEntity, Entity, SceneDescription};
 use crate::lang::source::SourceMap;
-use crate::memory::TooLarge;
+use crate::memory::picture::TooLarge;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use bhs_core::layer::Layer;

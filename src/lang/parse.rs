@@ -48,7 +48,14 @@ pub struct Directives<'t> {
 impl<'t> Directives<'t> {
     /// Starts at the beginning of `text`, which is file number `file`.
     pub fn new(text: &'t str, file: u16) -> Self {
-        Self { lower: Lower { text, file, base: 0, faults: Vec::new(), count: 0 }, position: 0, by_grammar: false }
+        Self { lower: Lower { text, file, base: 0, faults: Vec::new(), count: 0, keywords: &[] }, position: 0, by_grammar: false }
+    }
+
+    /// The same, with `keywords` as the words that are suggested in place of one that is unknown.
+    #[must_use]
+    pub fn suggesting(mut self, keywords: &'static [&'static str]) -> Self {
+        self.lower.keywords = keywords;
+        self
     }
 
     /// As [`Directives::new`], with the same result, but slower: even what is plainly right is read by the grammar.
@@ -116,6 +123,8 @@ struct Lower<'t> {
     faults: Vec<Diagnostic>,
     /// Faults found so far, those that have been taken or left out among them.
     count: usize,
+    /// Words that begin directives.
+    keywords: &'static [&'static str],
 }
 
 impl Lower<'_> {
@@ -212,7 +221,7 @@ impl Lower<'_> {
 
     /// A word where a directive should stand.
     fn lower_unknown(&mut self, word: &str, span: Span) {
-        let help = match did_you_mean(word, super::directives::keywords()) {
+        let help = match did_you_mean(word, self.keywords.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => "directives start with a capital letter, text stands in quotes, comments start with `#`".to_owned(),
         };

@@ -3,11 +3,10 @@
 //! A machine with pbrt's graphics state; it knows no plugin.
 
 use crate::lang::ast::Directive;
-use crate::lang::attributes::Attributes;
 use crate::lang::description::{Entity, SceneDescription};
-use crate::lang::directives::{self, Section};
 use crate::lang::errors::{ErrorCount, Suggestions};
 use crate::lang::parse::{self, Directives, MAX_ERRORS};
+use crate::lang::resolve::attributes::Attributes;
 use crate::lang::source::SourceMap;
 use crate::lang::transform;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
@@ -15,6 +14,14 @@ use bhs_core::spacetime::Side;
 use glam::DAffine3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+mod attributes;
+mod call;
+pub(crate) mod directives;
+mod objects;
+mod views;
+
+use directives::Section;
 
 /// `AttributeBegin` within `AttributeBegin` that are allowed.
 pub const MAX_ATTRIBUTE_DEPTH: usize = 1000;
@@ -70,7 +77,7 @@ pub(super) struct State {
     pub(super) side: Side,
     pub(super) material: CurrentMaterial,
     pub(super) area_light: Option<usize>,
-    pub(super) attributes: Attributes,
+    attributes: Attributes,
 }
 
 /// The machine that runs directives.
@@ -109,7 +116,7 @@ pub(crate) struct Resolver<'s> {
 impl Resolver<'_> {
     pub(super) fn file(&mut self, file: u16) {
         let Some(text) = self.sources.get(file).map(|s| Arc::clone(&s.text)) else { return };
-        let mut directives = Directives::new(&text, file);
+        let mut directives = Directives::new(&text, file).suggesting(directives::KEYWORDS);
         while let Some(directive) = directives.next() {
             self.found.extend(directives.take_faults());
             if self.ended {
@@ -153,7 +160,7 @@ impl Resolver<'_> {
             match directives::absent(word) {
                 Some(advice) => self.error("unsupported", format!("`{word}` is not supported yet"), at, "", advice),
                 None => {
-                    let help = match did_you_mean(word, directives::keywords()) {
+                    let help = match did_you_mean(word, directives::KEYWORDS.iter().copied()) {
                         Some(near) => format!("did you mean `{near}`?"),
                         None => String::new(),
                     };

@@ -1,6 +1,6 @@
 //! `Spacetime`, `BlackHole`, `Wormhole`: what light moves through, with the conventions of the picture; and what may not stand where.
 
-use crate::lang::build::create_with;
+use crate::lang::create::create_with;
 use crate::lang::description::Entity;
 use crate::registry::{NoFiles, Registry, bare_context};
 use bhs_core::camera::{Camera, Viewpoint};

@@ -367,7 +367,7 @@ fn token() -> impl Strategy<Value = String> {
     ];
     prop_oneof![
         3 => proptest::sample::select(fixed.to_vec()).prop_map(str::to_owned),
-        3 => proptest::sample::select(directives::keywords().collect::<Vec<_>>()).prop_map(str::to_owned),
+        3 => proptest::sample::select(keywords().collect::<Vec<_>>()).prop_map(str::to_owned),
         1 => any::<f64>().prop_map(|x| x.to_string()),
         1 => (-3i32..20).prop_map(|x| x.to_string()),
         1 => any::<String>(),

@@ -100,18 +100,17 @@ impl Chosen {
         balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
     }
 
-    /// The light of the sky that `ray` has found in the direction `sky.0` on the side `sky.1` after sweeping `swept`, weighted likewise.
+    /// The light of the sky that the ray of `state` has found in the direction `sky.0` on the side `sky.1` after sweeping `swept`, weighted likewise.
     fn sky(
         &self,
         scene: &Scene,
         connections: &dyn Connections,
-        ray: &Ray,
+        state: &State,
         sky: (DVec3, Side),
         swept: f64,
-        lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
-        scene.light_sampler.sky_weighted(sky, lambda, |pdf| {
-            match connections.spread_sky(&scene.world, self.from, ray.direction, sky, swept) {
+        scene.light_sampler.sky_weighted(sky, &state.lambda, |pdf| {
+            match connections.spread_sky(&scene.world, self.from, state.ray.direction, sky, swept) {
                 Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
                 None => 1.0,
             }
@@ -237,7 +236,7 @@ impl Path {
                 }
             }
             if let Some(connections) = connections {
-                self.sample_lights(scene, connections, &met, (&mut *paths, &states), (&mut found, &mut pending), log);
+                Self::sample_lights(scene, connections, &met, (&mut *paths, &states), (&mut found, &mut pending), log);
             }
             underway.clear();
             for Met { index, vertex, place } in &met {
@@ -262,7 +261,6 @@ impl Path {
 
     /// Draws a point of a light for every rough one of the vertices `met` and adds the shadow rays that lead there to `pending`.
     fn sample_lights(
-        &self,
         scene: &Scene,
         connections: &dyn Connections,
         met: &[Met],
@@ -324,7 +322,7 @@ impl<'s> Bounce<'_, '_, 's> {
             Arrival::Surface(hit) => hit,
             Arrival::Sky(direction, side) => {
                 let sky = match (connections, &state.chosen) {
-                    (Some(c), Some(chosen)) => chosen.sky(scene, c, &state.ray, (direction, side), end.swept, &state.lambda),
+                    (Some(c), Some(chosen)) => chosen.sky(scene, c, state, (direction, side), end.swept),
                     _ => scene.light_sampler.sky((direction, side), &state.lambda),
                 };
                 let found = state.throughput * sky;

@@ -1,8 +1,8 @@
 //! Directives that make something of the world: textures, materials, lights, shapes, the hole.
 
-use crate::lang::attributes::Target;
-use crate::lang::call::Call;
+use crate::lang::defaults::Target;
 use crate::lang::description::{AreaLightEntity, Entity, MaterialEntity, ShapeEntity, TextureEntity};
+use crate::lang::resolve::call::Call;
 use crate::lang::resolve::{CurrentMaterial, Resolver};
 use bhs_core::diagnostics::{Diagnostic, did_you_mean, shorten};
 use bhs_core::value::{Param, ParamType, Values};

@@ -1,9 +1,6 @@
-//! `Attribute "shape" ...`: parameters for all directives of a kind that follow, where these do not state them themselves.
+//! Parameters that `Attribute` states for directives of a kind, where these do not state them themselves.
 
-use crate::lang::call::Call;
-use crate::lang::description::SceneDescription;
-use crate::lang::resolve::Resolver;
-use bhs_core::diagnostics::{Diagnostic, did_you_mean, shorten};
+use bhs_core::diagnostics::{Diagnostic, shorten};
 use bhs_core::params::DefaultParams;
 use bhs_core::value::Param;
 use rpds::RedBlackTreeMapSync;
@@ -25,7 +22,7 @@ pub enum Target {
 
 impl Target {
     /// All of them.
-    const ALL: [Target; 4] = [Self::Shape, Self::Light, Self::Material, Self::Texture];
+    pub(super) const ALL: [Target; 4] = [Self::Shape, Self::Light, Self::Material, Self::Texture];
 
     /// The word that `Attribute` uses.
     pub fn word(self) -> &'static str {
@@ -50,6 +47,11 @@ pub struct AttributeParam {
 }
 
 impl AttributeParam {
+    /// One that no plugin has asked for yet.
+    pub(super) fn new(target: Target, param: Param) -> Self {
+        Self { target, param, taken: AtomicBool::new(false) }
+    }
+
     /// Notes that a plugin knows this parameter, or that it is not worth a warning.
     fn take(&self) {
         self.taken.store(true, Ordering::Relaxed);
@@ -70,7 +72,7 @@ impl Defaults {
     }
 
     /// Adds one, in place of one of the same name.
-    fn set(&mut self, new: Arc<AttributeParam>) {
+    pub(super) fn set(&mut self, new: Arc<AttributeParam>) {
         // One that is replaced before it is used is not worth a warning.
         self.take(&new.param.name.value);
         self.0.insert_mut(new.param.name.value.clone(), new);
@@ -83,42 +85,9 @@ impl DefaultParams for Defaults {
     }
 }
 
-/// The parameters that are in force.
-#[derive(Clone, Default)]
-pub(super) struct Attributes([Defaults; Target::ALL.len()]);
-
-impl Attributes {
-    /// Those for one kind of directive.
-    pub fn of(&self, target: Target) -> Defaults {
-        self.0[target as usize].clone()
-    }
-}
-
-impl Resolver<'_> {
-    pub(crate) fn attribute(&mut self, call: Call) {
-        let Some(target) = Target::ALL.into_iter().find(|t| t.word() == call.name.value) else {
-            let help = match did_you_mean(&call.name.value, Target::ALL.map(Target::word)) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("there is {}", Target::ALL.map(Target::word).join(", ")),
-            };
-            let message = format!("`Attribute` knows no `{}`", shorten(&call.name.value));
-            return self.error("unknown-attribute-target", message, call.name.span, "", help);
-        };
-        if call.params.is_empty() && !call.faulty {
-            let help = "such as Attribute \"shape\" \"float radius\" 2";
-            self.error("missing-parameter", "`Attribute` needs a parameter", call.keyword, "", help);
-        }
-        for param in call.params {
-            let new = Arc::new(AttributeParam { target, param, taken: AtomicBool::new(false) });
-            self.scene.attributes.push(Arc::clone(&new));
-            self.state.attributes.0[target as usize].set(new);
-        }
-    }
-}
-
 /// Parameters of `Attribute` that no plugin has asked for.
-pub(super) fn warn_unused(scene: &SceneDescription, found: &mut Vec<Diagnostic>) {
-    for attribute in scene.attributes.iter().filter(|a| !a.taken.load(Ordering::Relaxed)) {
+pub(super) fn warn_unused(stated: &[Arc<AttributeParam>], found: &mut Vec<Diagnostic>) {
+    for attribute in stated.iter().filter(|a| !a.taken.load(Ordering::Relaxed)) {
         let (param, word) = (&attribute.param, attribute.target.word());
         found.push(
             Diagnostic::warning("unused-attribute", format!("`{}` is never used", shorten(&param.name.value)))

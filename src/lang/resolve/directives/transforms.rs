@@ -1,7 +1,7 @@
 //! Directives that change the current transform or give it a name.
 
-use crate::lang::call::Call;
 use crate::lang::resolve::Resolver;
+use crate::lang::resolve::call::Call;
 use crate::lang::transform::{self, NotAffine};
 use bhs_core::diagnostics::shorten;
 use glam::{DAffine3, DVec3};

@@ -1,8 +1,8 @@
 //! `ObjectBegin`, `ObjectEnd`, `ObjectInstance`: shapes that are kept once and stand in many places.
 
-use crate::lang::call::Call;
 use crate::lang::description::{InstanceEntity, ObjectEntity};
 use crate::lang::resolve::Resolver;
+use crate::lang::resolve::call::Call;
 use bhs_core::diagnostics::{Diagnostic, Span, shorten};
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
 //! `Camera`: a scene has one, or several with names.
 
-use crate::lang::call::Call;
 use crate::lang::description::CameraEntity;
 use crate::lang::resolve::Resolver;
+use crate::lang::resolve::call::Call;
 use bhs_core::diagnostics::{Diagnostic, Spanned, shorten};
 use bhs_core::value::{ParamType, Values};
 use std::sync::Arc;

@@ -1,10 +1,10 @@
 //! A directive with its arguments, checked against what it takes.
 
 use crate::lang::ast::{Arg, Directive};
-use crate::lang::attributes::Defaults;
+use crate::lang::defaults::Defaults;
 use crate::lang::description::Entity;
-use crate::lang::directives::{self, Row, Takes};
 use crate::lang::resolve::Resolver;
+use crate::lang::resolve::directives::{self, Row, Takes};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use bhs_core::spacetime::Side;
 use bhs_core::value::{Param, ParamType, Values};

@@ -3,7 +3,7 @@
 //! Those of the options and of the structure of a scene do their work here; `transforms` and `entities` have the others, but for those
 //! that have files of their own beside this one (`attributes`, `objects`, `views`).
 
-use crate::lang::call::Call;
+use crate::lang::resolve::call::Call;
 use crate::lang::resolve::{MAX_ATTRIBUTE_DEPTH, Resolver};
 use bhs_core::diagnostics::{Diagnostic, shorten};
 use bhs_core::spacetime::Side;
@@ -141,9 +141,15 @@ pub(crate) fn example_name(keyword: &str) -> &'static str {
 }
 
 /// The words of all directives.
-pub(crate) fn keywords() -> impl Iterator<Item = &'static str> {
-    DIRECTIVES.iter().map(|row| row.keyword)
-}
+pub(crate) const KEYWORDS: &[&str] = &{
+    let mut words = [""; DIRECTIVES.len()];
+    let mut i = 0;
+    while i < DIRECTIVES.len() {
+        words[i] = DIRECTIVES[i].keyword;
+        i += 1;
+    }
+    words
+};
 
 /// What the directives of the options and of structure do.
 impl Resolver<'_> {

@@ -1,0 +1,52 @@
+//! What a render needs, and the rays of its camera.
+
+use crate::lang::BuiltScene;
+use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
+use bhs_core::ray::Ray;
+use bhs_core::sampling::Sampler;
+use bhs_engine::scene::Scene;
+use bhs_engine::transport::LightTransport;
+use glam::{DVec2, Vec2};
+
+/// Everything that a render needs.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Where it is seen from.
+    pub camera: &'a dyn Camera,
+    /// How that stands there.
+    pub viewpoint: &'a Viewpoint,
+    /// What records it.
+    pub film: &'a dyn Film,
+    /// Where samples of a pixel go.
+    pub filter: &'a dyn Filter,
+    /// Random numbers.
+    pub sampler: &'a dyn Sampler,
+    /// The method.
+    pub transport: &'a dyn LightTransport,
+}
+
+impl<'a> Job<'a> {
+    /// The render that a built scene describes.
+    pub fn of(built: &'a BuiltScene) -> Self {
+        Self {
+            scene: &built.scene,
+            camera: &*built.camera,
+            viewpoint: &built.viewpoint,
+            film: &*built.film,
+            filter: &*built.filter,
+            sampler: &*built.sampler,
+            transport: &*built.transport,
+        }
+    }
+}
+
+impl Job<'_> {
+    /// The ray along which the camera sees the point `raster` of its picture (pixels) through the point `lens` of its lens ([0,1)^2), and the
+    /// wavelength of its light there over that at E = 1: see [`bhs_engine::scene::Scene::camera_ray`]. All camera rays are made here.
+    #[inline]
+    pub fn camera_ray(&self, raster: DVec2, lens: Vec2) -> (Ray, Option<f64>) {
+        self.scene.camera_ray(&self.camera.ray(raster, lens), self.viewpoint)
+    }
+}
