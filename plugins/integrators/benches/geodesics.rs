@@ -9,7 +9,7 @@ use bhs_integrators::general::{Fate as Final, Surroundings};
 use bhs_integrators::graded_index::medium::{Medium, Refracted};
 use bhs_integrators::graded_index::path::Paths;
 use bhs_integrators::spherical::Attraction;
-use bhs_integrators::spherical::course::Setting;
+use bhs_integrators::spherical::course::SphericalSetup;
 use bhs_integrators::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, State, Stepper};
 use bhs_integrators::spherical::taylor::TaylorOrbit;
 use bhs_integrators::tracing::arc::Arc;
@@ -93,7 +93,7 @@ fn planar<S: Stepper>(mut orbit: S, hole: Attraction, arc: impl Fn(&S::Step) -> 
 fn planar_lanes(hole: &Spherical, rays: &Rays, error: f64) -> Counts {
     let mut steps = 0;
     // No surface is near, so that rays are followed to the sky.
-    let setting = Setting::new(hole, REACH.radius);
+    let setting = SphericalSetup::new(hole, REACH.radius);
     for group in rays.chunks_exact(LANES) {
         let (x, d) = (Vector::from_fn(|i| group[i].0), Vector::from_fn(|i| group[i].1));
         let mut course = setting.launch(x, d).by_series(Lanes::splat(error));

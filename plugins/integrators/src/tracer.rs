@@ -1,12 +1,12 @@
 //! Rays in a spacetime: which way of following them belongs to which class.
 
-use crate::general::course::{Depths, Ray as GeneralRay};
+use crate::general::course::{Depths, GeneralRay};
 use crate::general::path::Surroundings;
-use crate::graded_index::course::Setting as Index;
+use crate::graded_index::course::GradedSetup;
 use crate::graded_index::medium::Refracted;
 use crate::spherical::closed_form::ClosedForm;
-use crate::spherical::course::{RungeKutta, Setting as Orbits};
-use crate::spherical::exact::Exact;
+use crate::spherical::course::{RungeKutta, SphericalSetup};
+use crate::spherical::exact::ClosedForms;
 use crate::straight::Straight;
 use crate::tolerance::Tolerance;
 use crate::tracing::driver::follow;
@@ -46,8 +46,8 @@ pub struct Tracer {
 /// What is told once of a world through which many rays are followed.
 enum Setup<'w> {
     Straight,
-    Spherical(Orbits, Extent),
-    Index(Index<'w>),
+    Spherical(SphericalSetup, Extent),
+    Index(GradedSetup<'w>),
     General(Box<Surroundings<'w>>, Depths, Extent),
 }
 
@@ -65,8 +65,8 @@ impl Method {
         match (self, spacetime.class()) {
             (_, Class::Flat) => Setup::Straight,
             (Self::General(_), _) | (_, Class::General(_)) => general(),
-            (_, Class::Spherical(hole)) => Setup::Spherical(Orbits::new(&hole, extent.around(hole.center)), extent),
-            (_, Class::Index(index)) => Setup::Index(Index::new(world, spacetime, index)),
+            (_, Class::Spherical(hole)) => Setup::Spherical(SphericalSetup::new(&hole, extent.around(hole.center)), extent),
+            (_, Class::Index(index)) => Setup::Index(GradedSetup::new(world, spacetime, index)),
         }
     }
 }
@@ -138,7 +138,7 @@ impl Tracer {
                 let launch = setting.launch(x, d);
                 let form = |i: usize| ClosedForm::new(setting.hole.rs, launch.at.u.lane(i), launch.at.du.lane(i));
                 let forms: ArrayVec<ClosedForm, LANES> = (0..rays.len()).map(form).collect();
-                follow(world, &start, &mut launch.by(Exact(&forms)), max_steps, watch, ends);
+                follow(world, &start, &mut launch.by(ClosedForms(&forms)), max_steps, watch, ends);
             }
             (Setup::Spherical(setting, _), _) => {
                 follow(world, &start, &mut setting.launch(x, d).by_series(error), max_steps, watch, ends);

@@ -62,7 +62,7 @@ pub struct Guide {
 
 /// The hemisphere over a vertex, as the guide knows it.
 #[derive(Clone, Copy)]
-pub struct Place<'a> {
+pub struct GuidedHemisphere<'a> {
     warp: &'a Warp,
     cell: Option<u32>,
     /// Axes of the square in the shading plane, and the side of the surface.
@@ -117,15 +117,15 @@ impl Guide {
 
     /// The hemisphere on the side of `wo` of `vertex`.
     #[inline]
-    pub fn place(&self, vertex: &Vertex) -> Place<'_> {
+    pub fn place(&self, vertex: &Vertex) -> GuidedHemisphere<'_> {
         self.place_at(vertex.hit.point, vertex.axes(), vertex.wo.z.signum())
     }
 
     /// The hemisphere on the side `side` of a surface with the shading axes `axes` at `point`.
     #[inline]
-    fn place_at(&self, point: DVec3, axes: [DVec3; 3], side: f32) -> Place<'_> {
+    fn place_at(&self, point: DVec3, axes: [DVec3; 3], side: f32) -> GuidedHemisphere<'_> {
         let [s, t, n] = axes.map(|a| a.as_vec3());
-        let (frame, face) = Frame::new(s, t, n, side);
+        let (frame, face) = ShadingSquare::new(s, t, n, side);
         let at = (point - self.origin) * self.per_length;
         let [x, y, z]: [usize; 3] = std::array::from_fn(|i| (at[i].max(0.0) as usize).min(self.size[i] - 1));
         let slot = &self.slots[((x * self.size[1] + y) * self.size[2] + z) * 6 + face];
@@ -138,7 +138,7 @@ impl Guide {
             number => Some(number - 2),
         };
         let warp = cell.map_or(&Warp::UNIFORM, |c| &self.warps[c as usize]);
-        Place { warp, cell, x: frame.x, y: frame.y, side }
+        GuidedHemisphere { warp, cell, x: frame.x, y: frame.y, side }
     }
 
     /// Whether paths still train it.
@@ -213,12 +213,12 @@ impl Cell {
 }
 
 /// Axes of the square in the shading plane.
-struct Frame {
+struct ShadingSquare {
     x: Vec2,
     y: Vec2,
 }
 
-impl Frame {
+impl ShadingSquare {
     /// The frame over the side `side` of a surface with the shading axes `s`, `t` and `n`, the same for all surfaces with the same normal
     /// whatever their axes; and which of six kinds of surfaces it is.
     #[inline]
@@ -237,7 +237,7 @@ impl Frame {
     }
 }
 
-impl Place<'_> {
+impl GuidedHemisphere<'_> {
     /// Draws a direction.
     #[inline]
     pub fn sample(&self, u: Vec2) -> Guided {
@@ -325,7 +325,7 @@ mod tests {
         let guide = guide();
         for i in 0..2000 {
             let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-            let place = Place { warp: &warp, cell: Some(0), ..guide.place_at(POINT, axes(i), side) };
+            let place = GuidedHemisphere { warp: &warp, cell: Some(0), ..guide.place_at(POINT, axes(i), side) };
             let drawn = place.sample(Vec2::new(number(7 * i), number(7 * i + 1)));
             assert!((drawn.wi.length() - 1.0).abs() < 1e-5 && drawn.wi.z * side >= 0.0);
             // Beside the edge of a square, rounding may decide for the other one.
@@ -336,7 +336,7 @@ mod tests {
             assert!(near || place.density(drawn.wi) == drawn.density, "{i}");
             // Other axes around the same normal.
             let [s, t, n] = axes(i);
-            let turned = Place { warp: &warp, cell: Some(0), ..guide.place_at(POINT, [t, -s, n], side) };
+            let turned = GuidedHemisphere { warp: &warp, cell: Some(0), ..guide.place_at(POINT, [t, -s, n], side) };
             let wi = Vec3::new(drawn.wi.y, -drawn.wi.x, drawn.wi.z);
             assert!(near || turned.density(wi) == drawn.density, "{i}");
         }

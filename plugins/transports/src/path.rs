@@ -30,7 +30,7 @@
 //! WorldBegin
 //! ```
 
-use crate::guide::{Guide, Place, TrainingRecord};
+use crate::guide::{Guide, GuidedHemisphere, TrainingRecord};
 use crate::shadow_rays::{BatchConnections, LightSampleAt, PendingShadowRays};
 use arrayvec::ArrayVec;
 use bhs_core::Plugin;
@@ -141,7 +141,7 @@ impl State {
     }
 
     /// A direction of a matt surface by what was learned at `place`.
-    fn guide(&mut self, place: &Place, trains: bool, vertex: &Vertex, u: Vec2) -> Option<BsdfSample> {
+    fn guide(&mut self, place: &GuidedHemisphere, trains: bool, vertex: &Vertex, u: Vec2) -> Option<BsdfSample> {
         let drawn = place.sample(u);
         let wi = drawn.wi;
         let pdf = drawn.density * wi.z.abs() * FRAC_1_PI;
@@ -299,7 +299,7 @@ struct Met<'a> {
     index: usize,
     vertex: Vertex<'a>,
     /// What was learned about the light there.
-    place: Option<Place<'a>>,
+    place: Option<GuidedHemisphere<'a>>,
 }
 
 /// A path at the end of a ray.
@@ -349,7 +349,7 @@ impl<'s> Bounce<'_, '_, 's> {
     }
 
     /// The path's next direction from `vertex`: by what was learned, if anything, else by the material. Whether it goes on.
-    fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &Place)>, roulette: bool, log: &mut PathLog) -> bool {
+    fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &GuidedHemisphere)>, roulette: bool, log: &mut PathLog) -> bool {
         let Self { scene, path, state, .. } = self;
         let stream = &mut path.stream;
         let (choice, u) = (stream.next_1d(), stream.next_2d());

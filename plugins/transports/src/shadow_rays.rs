@@ -1,7 +1,7 @@
 //! Light sampling along geodesics (next-event estimation): what each may contribute is found first, the shadow rays of all are traced
 //! afterwards, together.
 
-use crate::guide::Place;
+use crate::guide::GuidedHemisphere;
 use arrayvec::ArrayVec;
 use bhs_core::ray::Ray;
 use bhs_core::spacetime::{self, Side};
@@ -170,7 +170,7 @@ pub struct LightSampleAt<'a> {
     /// Number of the path in its batch.
     pub path: usize,
     /// What draws the path's next direction, if not the material.
-    pub place: Option<&'a Place<'a>>,
+    pub place: Option<&'a GuidedHemisphere<'a>>,
 }
 
 impl LightSampleAt<'_> {

@@ -43,7 +43,7 @@ impl Depths {
 }
 
 /// A ray underway.
-pub struct Ray<'a> {
+pub struct GeneralRay<'a> {
     /// Its steps; `None` if it begins where nothing can stand still.
     paths: Option<Paths<'a>>,
     surroundings: &'a Surroundings<'a>,
@@ -52,7 +52,7 @@ pub struct Ray<'a> {
     escaped: Option<DVec3>,
 }
 
-impl<'a> Ray<'a> {
+impl<'a> GeneralRay<'a> {
     /// The ray from `origin` on `side` along `launch`, with errors of about `error` times the distance from what is nearest, and what is told of the
     /// world.
     pub fn new(
@@ -71,7 +71,7 @@ impl<'a> Ray<'a> {
     }
 }
 
-impl Course<f64> for Ray<'_> {
+impl Course<f64> for GeneralRay<'_> {
     type Piece = PolynomialArc<f64>;
 
     fn begin(&self) -> (bool, bool) {

@@ -189,7 +189,7 @@ impl Connections for GradedConnections {
             occluded.fill(true);
             return Cost::default();
         };
-        let setting = course::Setting::new(world, world.spacetime(), index);
+        let setting = course::GradedSetup::new(world, world.spacetime(), index);
         let end = |ray: &ShadowRay| (ray.connection.phi, setting.extent.distance(self.tolerance, ray.start.footprint));
         occluded_in(&setting, world, shadow_rays, end, occluded)
     }

@@ -1,4 +1,4 @@
-//! Rays of a refractive index through a world of surfaces.
+//! GradedRays of a refractive index through a world of surfaces.
 
 use crate::graded_index::medium::{Medium, Refracted};
 use crate::graded_index::nystroem::State;
@@ -14,7 +14,7 @@ use glam::DVec3;
 
 /// What is told once of a world through which many rays of a refractive index are to be followed.
 #[derive(Clone, Debug)]
-pub struct Setting<'w> {
+pub struct GradedSetup<'w> {
     /// The index.
     pub medium: Medium<'w>,
     /// Where surfaces are.
@@ -26,7 +26,7 @@ pub struct Setting<'w> {
 /// Share of a ball of no return within which nothing is looked for.
 const DEEPEST: f64 = 1e-3;
 
-impl<'w> Setting<'w> {
+impl<'w> GradedSetup<'w> {
     /// The surfaces of `world` in `spacetime`, whose index is `index`.
     pub fn new(world: &World, spacetime: &'w dyn Spacetime, index: &'w dyn GradedIndex) -> Self {
         let captures = spacetime.captures();
@@ -36,11 +36,11 @@ impl<'w> Setting<'w> {
 
     /// The rays from the points `x` of the sides `far_side` (bits) in the directions `d`, with errors of about `error` times the distance from what
     /// bends them.
-    pub fn rays<F: Refracted>(&self, x: Vector<F>, d: Vector<F>, far_side: u32, error: F) -> Rays<'_, F> {
+    pub fn rays<F: Refracted>(&self, x: Vector<F>, d: Vector<F>, far_side: u32, error: F) -> GradedRays<'_, F> {
         let paths = Paths::new(&self.medium, x, d, far_side, error, self.extent.reach);
         let zero = F::splat(0.0);
         let piece = PolynomialArc::new([Vector::all(DVec3::ZERO); TERMS], zero, zero);
-        Rays { paths, setting: self, piece }
+        GradedRays { paths, setting: self, piece }
     }
 
     /// Whether a ray at `x` along `d` that comes no more out of a ball of no return has nothing before it that could stop it.
@@ -54,15 +54,15 @@ impl<'w> Setting<'w> {
     }
 }
 
-/// Rays underway, in the parameter sigma, in which `|dx/dsigma| = n`.
+/// GradedRays underway, in the parameter sigma, in which `|dx/dsigma| = n`.
 #[derive(Clone, Debug)]
-pub struct Rays<'a, F: Refracted> {
+pub struct GradedRays<'a, F: Refracted> {
     paths: Paths<'a, F>,
-    setting: &'a Setting<'a>,
+    setting: &'a GradedSetup<'a>,
     piece: PolynomialArc<F>,
 }
 
-impl<F: Refracted> Rays<'_, F> {
+impl<F: Refracted> GradedRays<'_, F> {
     /// The same by the classic Runge-Kutta method, with steps of the length `step` as seen from what is nearest (rad).
     #[must_use]
     pub fn by_runge_kutta(self, step: f64) -> Self {
@@ -70,7 +70,7 @@ impl<F: Refracted> Rays<'_, F> {
     }
 }
 
-impl<F: Refracted> Course<F> for Rays<'_, F> {
+impl<F: Refracted> Course<F> for GradedRays<'_, F> {
     type Piece = PolynomialArc<F>;
 
     fn advance(&mut self, which: F::Mask) -> Next<F> {

@@ -1,6 +1,6 @@
 //! What stands between two points of a ray of a refractive index.
 
-use crate::graded_index::course::Setting;
+use crate::graded_index::course::GradedSetup;
 use crate::tracing::shadow::{ERROR, Sought, close};
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::ray::Cost;
@@ -14,7 +14,7 @@ use bhs_engine::world::World;
 /// Makes what is told of the world anew: [`occluded_in`] is for several.
 pub fn reaches(world: &World, shadow_ray: &ShadowRay, sigma_end: f64, tolerance: f64) -> bool {
     let Class::Index(index) = world.spacetime().class() else { return false };
-    let setting = Setting::new(world, world.spacetime(), index);
+    let setting = GradedSetup::new(world, world.spacetime(), index);
     let mut occluded = [true];
     occluded_in(&setting, world, std::slice::from_ref(shadow_ray), |_| (sigma_end, tolerance), &mut occluded);
     !occluded[0]
@@ -23,7 +23,7 @@ pub fn reaches(world: &World, shadow_ray: &ShadowRay, sigma_end: f64, tolerance:
 /// Whether something stands in the way of each of `shadow_rays`, with what is told of the world once. `ends` says of each the parameter of its end,
 /// and how far chords may stray (scene units).
 pub fn occluded_in(
-    setting: &Setting<'_>,
+    setting: &GradedSetup<'_>,
     world: &World,
     shadow_rays: &[ShadowRay],
     ends: impl Fn(&ShadowRay) -> (f64, f64),

@@ -175,8 +175,8 @@ impl<F: Real, S: Stretch<F>> Arc<F> for PlanarArc<F, S> {
 mod tests {
     use super::*;
     use crate::spherical::closed_form::ClosedForm;
-    use crate::spherical::course::{Method, RungeKutta, Setting};
-    use crate::spherical::exact::Exact;
+    use crate::spherical::course::{Method, RungeKutta, SphericalSetup};
+    use crate::spherical::exact::ClosedForms;
     use crate::spherical::steps::Planes;
     use crate::tracing::arc::tests::check;
     use crate::tracing::driver::Course;
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn orbits_are_arcs() {
         for hole in holes() {
-            let setting = Setting::new(&hole, AROUND);
+            let setting = SphericalSetup::new(&hole, AROUND);
             for i in 0..LANES {
                 let (x, d) = ray(i);
                 let launch = setting.launch::<f64>(x.into(), d.into());
@@ -225,7 +225,7 @@ mod tests {
                 arcs(launch.by(RungeKutta(0.1)), 2);
                 if hole.charge_squared == 0.0 {
                     let form = ClosedForm::new(1.0, launch.at.u, launch.at.du);
-                    arcs(launch.by(Exact(&[form])), 3);
+                    arcs(launch.by(ClosedForms(&[form])), 3);
                 }
             }
             let (x, d) = (Vector::<Lanes>::from_fn(|i| ray(i).0), Vector::from_fn(|i| ray(i).1));
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn places_beside_chords_are_found() {
-        let setting = Setting::new(&holes()[1], AROUND);
+        let setting = SphericalSetup::new(&holes()[1], AROUND);
         let (x, d) = ray(2);
         let mut course = setting.launch::<f64>(x.into(), d.into()).by_series(1e-9);
         course.advance(true);
@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn curves_end_before_infinity() {
-        let setting = Setting::new(&holes()[0], AROUND);
+        let setting = SphericalSetup::new(&holes()[0], AROUND);
         for angle in [0.3_f64, 1.0, 1.5, 1e-9, 0.0] {
             let d = DVec3::new(angle.cos(), angle.sin(), 0.0);
             let mut course = setting.launch::<f64>((CENTER + DVec3::X * 5.0).into(), d.into()).by_series(1e-9);
@@ -271,7 +271,7 @@ mod tests {
     fn gaps_of_angles_are_those_of_curves() {
         let hole = holes()[0];
         let planes = Planes::of_rays(CENTER, Vector::<f64>::from(CENTER + DVec3::X), DVec3::Y.into()).0;
-        let at = Setting::new(&hole, AROUND).launch::<f64>((CENTER + DVec3::X * 4.0).into(), DVec3::Y.into()).at;
+        let at = SphericalSetup::new(&hole, AROUND).launch::<f64>((CENTER + DVec3::X * 4.0).into(), DVec3::Y.into()).at;
         let mut stretch = Method::<f64>::nowhere(&RungeKutta(0.5), &at);
         Method::<f64>::step(&RungeKutta(0.5), (&hole).into(), &at, &mut stretch);
         let arc = PlanarArc { hole: (&hole).into(), planes, stretch, end: 0.5 };

@@ -7,7 +7,7 @@
 use crate::spherical::arc::gap_of_angle;
 use crate::spherical::connect::sky::{connect_sky, spread_sky};
 use crate::spherical::connect::{MOST_IMAGES, connect_pair, connect_pairs, spread_of};
-use crate::spherical::course::Setting;
+use crate::spherical::course::SphericalSetup;
 use crate::straight::Straight;
 use crate::tolerance::Tolerance;
 use crate::tracing::extent::Extent;
@@ -113,7 +113,7 @@ pub(crate) fn occluded_around(
     gap: impl Fn(&ShadowRay) -> f64,
     occluded: &mut [bool],
 ) -> Cost {
-    let setting = Setting::new(hole, Extent::of(world).around(hole.center));
+    let setting = SphericalSetup::new(hole, Extent::of(world).around(hole.center));
     let mut cost = Cost::default();
     for (rays, occluded) in shadow_rays.chunks(LANES).zip(occluded.chunks_mut(LANES)) {
         let sought = Sought::<Lanes>::new(rays, |ray| (limit(hole, ray), gap(ray)));

@@ -71,7 +71,7 @@ impl<F: Real> Method<F> for RungeKutta {
 
 /// What is told once of a hole that many rays go around.
 #[derive(Clone, Copy, Debug)]
-pub struct Setting {
+pub struct SphericalSetup {
     /// Its centre.
     pub center: DVec3,
     /// The hole.
@@ -82,7 +82,7 @@ pub struct Setting {
     outside: f64,
 }
 
-impl Setting {
+impl SphericalSetup {
     /// The hole `hole` among surfaces within the distance `around` from its centre; 0: there are none.
     pub fn new(hole: &Spherical, around: f64) -> Self {
         let bound = if around > 0.0 { 1.0 / around } else { f64::INFINITY };
@@ -93,9 +93,9 @@ impl Setting {
 
     /// The planes and initial states of rays from the points `x` in the unit chart directions `d`.
     #[inline(always)]
-    pub fn launch<F: Real>(&self, x: Vector<F>, d: Vector<F>) -> Launch<F> {
+    pub fn launch<F: Real>(&self, x: Vector<F>, d: Vector<F>) -> InitialOrbits<F> {
         let (planes, at) = Planes::of_rays(self.center, x, d);
-        Launch { setting: *self, planes, at }
+        InitialOrbits { setting: *self, planes, at }
     }
 
     /// Which orbits at `at` meet nothing any more: outside of everything and on the way out, where no orbit turns back.
@@ -151,14 +151,14 @@ impl Setting {
 
 /// Orbits that begin.
 #[derive(Clone, Copy, Debug)]
-pub struct Launch<F> {
-    setting: Setting,
+pub struct InitialOrbits<F> {
+    setting: SphericalSetup,
     planes: Planes<F>,
     /// Their initial states.
     pub at: Polars<F>,
 }
 
-impl<F: Real> Launch<F> {
+impl<F: Real> InitialOrbits<F> {
     /// The orbits by Taylor series, with errors of about `error` times the distance from the hole.
     #[inline(always)]
     pub fn by_series(self, error: F) -> Orbits<F, Taylor<F>> {
@@ -179,7 +179,7 @@ impl<F: Real> Launch<F> {
 /// Orbits underway.
 #[derive(Clone, Copy)]
 pub struct Orbits<F: Real, M: Method<F>> {
-    setting: Setting,
+    setting: SphericalSetup,
     method: M,
     at: Polars<F>,
     piece: PlanarArc<F, M::Steps>,
@@ -196,7 +196,7 @@ impl<F: Real, M: Method<F>> Course<F> for Orbits<F, M> {
     #[inline(always)]
     fn advance(&mut self, which: F::Mask) -> Next<F> {
         let c = F::splat;
-        let Setting { hole, bound, .. } = self.setting;
+        let SphericalSetup { hole, bound, .. } = self.setting;
         let start = self.at;
         self.method.step(hole, &start, &mut self.piece.stretch);
         let end = *self.piece.stretch.end();

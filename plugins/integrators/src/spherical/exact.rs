@@ -8,7 +8,7 @@ use bhs_core::real::Real;
 
 /// In closed form: those of the orbits, one after the other.
 #[derive(Clone, Copy, Debug)]
-pub struct Exact<'a>(pub &'a [ClosedForm]);
+pub struct ClosedForms<'a>(pub &'a [ClosedForm]);
 
 /// Stretches of orbits in closed form.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ fn states<F: Real>(forms: &[ClosedForm], phi: F) -> Polars<F> {
     }
 }
 
-impl<'a, F: Real> Method<F> for Exact<'a> {
+impl<'a, F: Real> Method<F> for ClosedForms<'a> {
     type Steps = ExactStretch<'a, F>;
 
     fn nowhere(&self, at: &Polars<F>) -> ExactStretch<'a, F> {

@@ -1,7 +1,7 @@
 //! Rays that begin exactly on a surface.
 
 use crate::tracing::arc::Arc;
-use crate::tracing::places::Place;
+use crate::tracing::places::CurvePoint;
 use bhs_core::intersector::Primitive;
 use bhs_core::ray::Ray;
 use bhs_engine::world::World;
@@ -31,8 +31,8 @@ impl Departure {
 
     /// Where to cut the first chord, that from `from` to `to`, if the curve is not there on that side of the surface which it leaves to which
     /// it set out. So that surface is not in the chord's way, and where the curve comes back to it, a later chord meets it.
-    pub fn cut_short<A: Arc<f64>>(&self, piece: &A, from: &Place, to: &Place) -> Option<Place> {
-        let is_on_side = |place: &Place| self.side.dot(place.point - from.point) > 0.0;
+    pub fn cut_short<A: Arc<f64>>(&self, piece: &A, from: &CurvePoint, to: &CurvePoint) -> Option<CurvePoint> {
+        let is_on_side = |place: &CurvePoint| self.side.dot(place.point - from.point) > 0.0;
         if is_on_side(to) {
             return None;
         }
@@ -40,7 +40,7 @@ impl Departure {
         for _ in 0..MOST_HALVINGS {
             length *= 0.5;
             let s = from.s + length;
-            let place = Place { s, point: piece.point(s).into() };
+            let place = CurvePoint { s, point: piece.point(s).into() };
             if is_on_side(&place) {
                 return Some(place);
             }

@@ -9,7 +9,7 @@
 
 use crate::tracing::arc::Arc;
 use crate::tracing::departure::Departure;
-use crate::tracing::places::{Places, Start};
+use crate::tracing::places::{CurvePoints, Start};
 use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::{LANES, set_bits};
 use bhs_core::ray::{Arrival, RayEnd, SurfaceHit};
@@ -199,20 +199,20 @@ impl<'w, F: Real> Packet<'w, F> {
 
     /// Where the next chords begin.
     #[inline(always)]
-    pub fn from(&self) -> Places<F> {
-        Places { s: self.last_s, points: self.last }
+    pub fn from(&self) -> CurvePoints<F> {
+        CurvePoints { s: self.last_s, points: self.last }
     }
 
     /// The places of `piece` at the parameters `s`.
     #[inline(always)]
-    pub fn places<A: Arc<F>>(&self, piece: &A, s: F) -> Places<F> {
-        Places { s, points: piece.point(s) }
+    pub fn places<A: Arc<F>>(&self, piece: &A, s: F) -> CurvePoints<F> {
+        CurvePoints { s, points: piece.point(s) }
     }
 
     /// `rays` have come from where they were to `to`.
     #[inline(always)]
-    pub fn go_to(&mut self, to: &Places<F>, rays: F::Mask) {
-        let Places { s, points } = to.or(&self.from(), rays);
+    pub fn go_to(&mut self, to: &CurvePoints<F>, rays: F::Mask) {
+        let CurvePoints { s, points } = to.or(&self.from(), rays);
         self.before = (points - self.last).or(self.before, rays);
         self.has_before = self.has_before | rays;
         (self.last_s, self.last) = (s, points);
@@ -268,7 +268,7 @@ impl<'w, F: Real> Packet<'w, F> {
     /// Notes the points of the way from `from` to where the rays are now, if it is that of the first of `rays` and somebody wants them. What was
     /// `passed_over` is divided as chords would divide it.
     #[inline(always)]
-    pub fn draw<A: Arc<F>>(&mut self, piece: &A, from: &Places<F>, rays: F::Mask, passed_over: bool) {
+    pub fn draw<A: Arc<F>>(&mut self, piece: &A, from: &CurvePoints<F>, rays: F::Mask, passed_over: bool) {
         if self.watch.is_some() && rays.bits() & 1 == 1 {
             self.draw_way(&piece.lane(0), from.s.lane(0), passed_over);
         }

@@ -6,7 +6,7 @@ use bhs_core::spacetime::Side;
 use glam::DVec3;
 
 /// Rays that are to be followed, one after the other.
-pub trait Rays {
+pub trait StartingRays {
     /// Ray number `i`: its origin is where the first chord begins, on the course or just off a surface beside it.
     fn ray(&self, i: usize) -> &Ray;
 
@@ -14,7 +14,7 @@ pub trait Rays {
     fn target(&self, i: usize) -> Option<u32>;
 }
 
-impl Rays for &[Ray] {
+impl StartingRays for &[Ray] {
     fn ray(&self, i: usize) -> &Ray {
         &self[i]
     }
@@ -28,7 +28,7 @@ impl Rays for &[Ray] {
 #[derive(Clone, Copy)]
 pub struct Start<'r, F> {
     /// The rays.
-    pub rays: &'r dyn Rays,
+    pub rays: &'r dyn StartingRays,
     /// Their origins, as numbers side by side; lanes without a ray repeat the last one.
     pub origin: Vector<F>,
     /// Bits of those that start on the far side.
@@ -44,7 +44,7 @@ pub struct Start<'r, F> {
 impl<'r, F: Real> Start<'r, F> {
     /// That of `rays`, each of which `ray` gives by its number below `count`.
     #[inline(always)]
-    pub fn new<'a>(rays: &'r dyn Rays, count: usize, ray: impl Fn(usize) -> &'a Ray, gap: F, limit: F) -> Self {
+    pub fn new<'a>(rays: &'r dyn StartingRays, count: usize, ray: impl Fn(usize) -> &'a Ray, gap: F, limit: F) -> Self {
         let (mut far, mut departing) = (0, 0);
         for i in 0..count {
             let Ray { side, leaving, .. } = ray(i);
@@ -57,13 +57,13 @@ impl<'r, F: Real> Start<'r, F> {
 
 /// Points of curves.
 #[derive(Clone, Copy)]
-pub(crate) struct Places<F> {
+pub(crate) struct CurvePoints<F> {
     /// Parameters.
     pub s: F,
     pub points: Vector<F>,
 }
 
-impl<F: Real> Places<F> {
+impl<F: Real> CurvePoints<F> {
     /// Of the rays in `which` those of `self`, of the others those of `o`.
     #[inline(always)]
     pub(crate) fn or(&self, o: &Self, which: F::Mask) -> Self {
@@ -71,14 +71,14 @@ impl<F: Real> Places<F> {
     }
 
     /// The place of ray number `i`.
-    pub(crate) fn lane(&self, i: usize) -> Place {
-        Place { s: self.s.lane(i), point: self.points.lane(i) }
+    pub(crate) fn lane(&self, i: usize) -> CurvePoint {
+        CurvePoint { s: self.s.lane(i), point: self.points.lane(i) }
     }
 }
 
 /// A point of a curve.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct CurvePoint {
     /// Its parameter.
     pub s: f64,
     pub point: DVec3,

@@ -12,7 +12,7 @@
 use crate::tracing::arc::Arc;
 use crate::tracing::departure::Departure;
 use crate::tracing::meeting::{Meeting, on_facet, on_surface};
-use crate::tracing::places::Place;
+use crate::tracing::places::CurvePoint;
 use crate::tracing::surfaces::{OVERLAP, Surfaces};
 use bhs_core::geometry::{Geometry, Segment};
 use bhs_core::intersector::PrimitiveHit;
@@ -40,8 +40,8 @@ fn turns(a: DVec3, b: DVec3) -> bool {
 /// A chord of one ray.
 #[derive(Clone, Copy)]
 pub(crate) struct Chord {
-    pub from: Place,
-    pub to: Place,
+    pub from: CurvePoint,
+    pub to: CurvePoint,
     /// The chord before it; `None` if it begins where the ray does, maybe just off a surface, or comes to this side.
     pub before: Option<DVec3>,
 }
@@ -155,7 +155,7 @@ impl<A: Arc<f64>> One<'_, A> {
         let split = behind_it.filter(|_| splits.is_multiple_of(2)).unwrap_or(middle);
         let met = meeting.filter(|m| m.beside <= rounding && (m.point - located.point).length() <= near);
         if met.is_none() && splits > 0 {
-            let at = Place { s: split, point: self.piece.point(split).into() };
+            let at = CurvePoint { s: split, point: self.piece.point(split).into() };
             let first = Chord { to: at, ..*chord };
             let second = Chord { from: at, before: Some(at.point - from), ..*chord };
             let finer = self.search(&first, splits - 1, cost).or_else(|| self.search(&second, splits - 1, cost));
@@ -224,12 +224,12 @@ impl<A: Arc<f64>> One<'_, A> {
     }
 
     /// Where the ray is when its chord, which dipped below the curved surface that the ray leaves, has come out of it again.
-    fn rises_again(&self, chord: &Chord, hit: &PrimitiveHit, segment: &Segment, located: &Located) -> Option<Place> {
+    fn rises_again(&self, chord: &Chord, hit: &PrimitiveHit, segment: &Segment, located: &Located) -> Option<CurvePoint> {
         let Geometry::Analytic(surface) = &self.world.geometries[hit.geometry as usize] else { return None };
         let rounding = OVERLAP * located.point.abs().max_element() / segment.direction.length();
         let out = surface.intersect(&Segment { t_min: located.t + rounding, ..*segment })?;
         let s = self.beside(chord, segment.at(out));
-        (s < chord.to.s).then(|| Place { s, point: self.piece.point(s).into() })
+        (s < chord.to.s).then(|| CurvePoint { s, point: self.piece.point(s).into() })
     }
 
     /// Whether a surface that the chord `way` meets before its own beginning is one that the chord before approached without

@@ -1,7 +1,7 @@
 //! Shadow rays: whether something stands in the way of light between two points.
 
 use crate::tracing::driver::{Course, follow};
-use crate::tracing::places::{Rays, Start};
+use crate::tracing::places::{Start, StartingRays};
 use bhs_core::geometry::Segment;
 use bhs_core::intersector::{Ends, Primitive};
 use bhs_core::lanes::LANES;
@@ -29,7 +29,7 @@ pub fn close(ray: &ShadowRay) -> f64 {
     SHADOW_END * ray.to.x.abs().max_element().max(ray.from.abs().max_element())
 }
 
-impl Rays for &[ShadowRay] {
+impl StartingRays for &[ShadowRay] {
     fn ray(&self, i: usize) -> &Ray {
         &self[i].start
     }

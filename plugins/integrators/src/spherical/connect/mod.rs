@@ -53,13 +53,13 @@ pub fn join(rs: f64, r1: f64, r2: f64, theta: f64, image: u32) -> Option<Arc> {
 
 /// Geodesic number `image` from `x` to `y` around `hole` (`rs` > 0).
 pub fn connect(hole: &Spherical, x: DVec3, y: DVec3, image: u32) -> Option<Connection> {
-    let frame = Frame::new(hole, x, y);
+    let frame = PairFrame::new(hole, x, y);
     frame.pair.arcs([image])[0].map(|arc| frame.connection(&arc, image))
 }
 
 /// Images 2 `turn` and 2 `turn` + 1, for less than the price of two calls of [`connect`].
 pub fn connect_pair(hole: &Spherical, x: DVec3, y: DVec3, turn: u32) -> ConnectionPair {
-    let frame = Frame::new(hole, x, y);
+    let frame = PairFrame::new(hole, x, y);
     let images = [2 * turn, 2 * turn + 1];
     let [near, far] = frame.pair.arcs(images);
     [near.map(|arc| frame.connection(&arc, images[0])), far.map(|arc| frame.connection(&arc, images[1]))]
@@ -74,9 +74,9 @@ pub fn connect_pairs(hole: &Spherical, pairs: &[[Place; 2]], turn: u32, found: &
     let images = [2 * turn, 2 * turn + 1];
     for (pairs, found) in pairs.chunks(GROUP).zip(found.chunks_mut(GROUP)) {
         // Places without a pair repeat the first one; pairs without a geodesic have the ends of some other one solved.
-        let frames: [Frame; GROUP] = std::array::from_fn(|k| {
+        let frames: [PairFrame; GROUP] = std::array::from_fn(|k| {
             let [x, y] = pairs[if k < pairs.len() { k } else { 0 }].map(|place| place.x);
-            Frame::new(hole, x, y)
+            PairFrame::new(hole, x, y)
         });
         let ends: [_; GROUP] = std::array::from_fn(|k| frames[k].pair.ends());
         let end = |which: usize| {
@@ -97,13 +97,13 @@ pub fn connect_pairs(hole: &Spherical, pairs: &[[Place; 2]], turn: u32, found: &
 
 /// Which image a ray is that left `x` in the unit chart direction `direction` and arrived at `y` after the angle `phi`.
 pub fn image_of(hole: &Spherical, x: DVec3, direction: DVec3, y: DVec3, phi: f64) -> u32 {
-    Frame::new(hole, x, y).image_of(direction, phi)
+    PairFrame::new(hole, x, y).image_of(direction, phi)
 }
 
 /// The spread of the geodesic that was traced from `x` in the unit chart direction `direction` to `y`, sweeping `phi`: what
 /// [`connect`] says of the same one. `None` where it says `None`, and if it is not among the first `images` ones.
 pub fn spread_of(hole: &Spherical, x: DVec3, direction: DVec3, y: DVec3, phi: f64, images: u32) -> Option<f64> {
-    let frame = Frame::new(hole, x, y);
+    let frame = PairFrame::new(hole, x, y);
     let image = frame.image_of(direction, phi);
     frame.pair.arcs([image])[0].filter(|_| image < images).map(|arc| arc.spread)
 }
@@ -186,7 +186,7 @@ impl Pair {
 }
 
 /// Two points and the plane that they make with the hole's centre.
-struct Frame {
+struct PairFrame {
     pair: Pair,
     /// Unit vectors at x: outwards, and across it towards y.
     out_x: DVec3,
@@ -196,7 +196,7 @@ struct Frame {
     across_y: DVec3,
 }
 
-impl Frame {
+impl PairFrame {
     #[inline(always)]
     fn new(hole: &Spherical, x: DVec3, y: DVec3) -> Self {
         let (from_x, from_y, way) = (x - hole.center, y - hole.center, y - x);

@@ -2,7 +2,7 @@
 
 use super::Packet;
 use crate::tracing::arc::Arc;
-use crate::tracing::places::{Place, Places};
+use crate::tracing::places::{CurvePoint, CurvePoints};
 use crate::tracing::surfaces::Surfaces;
 use bhs_core::geometry::Segment;
 use bhs_core::intersector::PrimitiveHit;
@@ -12,8 +12,8 @@ use bhs_core::real::{Mask, Real, Vector};
 impl<F: Real> Packet<'_, F> {
     /// Cuts the first chords of the rays `departing` (bits) short, which go to `to`, if they have to be.
     #[cold]
-    pub fn cut_short<A: Arc<F>>(&mut self, piece: &A, from: &Places<F>, to: &mut Places<F>, departing: u32) {
-        let mut places: [Place; LANES] = std::array::from_fn(|i| to.lane(i.min(F::COUNT - 1)));
+    pub fn cut_short<A: Arc<F>>(&mut self, piece: &A, from: &CurvePoints<F>, to: &mut CurvePoints<F>, departing: u32) {
+        let mut places: [CurvePoint; LANES] = std::array::from_fn(|i| to.lane(i.min(F::COUNT - 1)));
         for i in set_bits(departing) {
             let Some(departure) = self.departures[i].as_mut() else { continue };
             // Only the first chord leaves anything; the next may begin as near to the surface.
@@ -24,7 +24,7 @@ impl<F: Real> Packet<'_, F> {
             }
             places[i] = cut.unwrap_or(places[i]);
         }
-        *to = Places { s: F::from_fn(|i| places[i].s), points: Vector::from_fn(|i| places[i].point) };
+        *to = CurvePoints { s: F::from_fn(|i| places[i].s), points: Vector::from_fn(|i| places[i].point) };
     }
 
     /// What the part `segment`, which begins at the parameter `enter`, of a chord of ray number `i` meets, which has just left a surface.

@@ -3,7 +3,7 @@
 use super::Packet;
 use crate::tracing::arc::Arc;
 use crate::tracing::meeting::{CORRECTIONS_OF_PLAIN_HITS, SMALL};
-use crate::tracing::places::Places;
+use crate::tracing::places::CurvePoints;
 use crate::tracing::resolve::{Chord, One};
 use crate::tracing::surfaces::{OVERLAP, Surfaces};
 use bhs_core::geometry::Segment;
@@ -18,9 +18,9 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<F: Real> {
     /// Where they begin.
-    pub from: Places<F>,
+    pub from: CurvePoints<F>,
     /// Where they end.
-    pub to: Places<F>,
+    pub to: CurvePoints<F>,
     /// From the one to the other.
     pub way: Vector<F>,
     /// Their lengths.
@@ -37,7 +37,7 @@ impl<F: Real> Asked<F> {
     #[inline(always)]
     fn nothing() -> Self {
         let (zero, nowhere) = (F::splat(0.0), Vector::all(DVec3::ZERO));
-        let place = Places { s: zero, points: nowhere };
+        let place = CurvePoints { s: zero, points: nowhere };
         Self { from: place, to: place, way: nowhere, length: zero, before: nowhere, has_before: F::Mask::NONE, end: zero }
     }
 }
@@ -228,7 +228,7 @@ impl<F: Real> Packet<'_, F> {
         let plane = piece.plane(n, a);
 
         // Halley's method, from where the chord has it. If the ends of the chord lie on both sides of the plane, so does the curve between them.
-        let side = |p: &Places<F>| n.dot(p.points - a).lt(c(0.0));
+        let side = |p: &CurvePoints<F>| n.dot(p.points - a).lt(c(0.0));
         let bracketed = side(from) ^ side(to);
         let swept = to.s - from.s;
         let mut s = piece.beside([from.s, to.s], [from.points, to.points], t);
