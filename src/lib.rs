@@ -2,7 +2,8 @@
 //! measured spectra, full global illumination, all of it lit and seen along curved light.
 //!
 //! The library is what the program `bhs` is made of: [`lang::load`] turns a scene file into a [`lang::BuiltScene`],
-//! [`render`] turns that into a picture. What plugins see is the crate `bhs-core`.
+//! [`render`] turns that into a picture. What plugins see is the crate `bhs-core`, what follows light
+//! `bhs-engine` too; ARCHITECTURE.md says where things are.
 
 pub mod bench;
 pub mod checkpoint;
