@@ -153,7 +153,7 @@ impl Case {
 }
 
 /// Where a ray ends.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
     pub arrival: Arrival,
     /// Angle swept until there (rad).
