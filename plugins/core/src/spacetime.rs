@@ -108,6 +108,12 @@ pub trait Spacetime: Debug + Send + Sync {
     /// Schwarzschild and Reissner-Nordstroem holes are their horizons: no place, and rays end on them.
     fn captures(&self) -> Vec<Ball>;
 
+    /// A ball around what bends light, of the size of it, where neither [`Spacetime::captures`] nor a throat says where that is: from some times its
+    /// radius on, space is nearly flat. Steps are measured by it, and rays are taken to leave for ever outside.
+    fn bends(&self) -> Option<Ball> {
+        None
+    }
+
     /// What solvers may know about it: how its rays are found fastest.
     fn class(&self) -> Class<'_>;
 

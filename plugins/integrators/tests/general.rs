@@ -4,6 +4,8 @@
 
 #[path = "common/kerr.rs"]
 mod kerr;
+#[path = "common/lens.rs"]
+mod lens;
 
 use bhs_core::spacetime::{Ball, Side, Spacetime, Spherical};
 use bhs_integrators::arithmetic::root::root;
@@ -12,6 +14,7 @@ use bhs_integrators::general::{Fate, Surroundings};
 use bhs_integrators::tracing::arc::Arc;
 use glam::DVec3;
 use kerr::Kerr;
+use lens::GaussianLens;
 use std::f64::consts::{PI, TAU};
 
 const TOLERANCE: f64 = 1e-12;
@@ -215,5 +218,49 @@ fn light_takes_its_time() {
             assert!((t - (tortoise(r) - tortoise(from)).abs()).abs() < 1e-10, "{from} to {r}: {t}");
         }
         assert!(path.light.t > 5.0);
+    }
+}
+
+/// Angle by which a ray of the impact parameter `b` > 0 is turned by `lens`, by Bouguer's law: `n r sin = b`. The root's singularity at the turning point is
+/// taken out by `r = r0 + s^2`, and `s = t / (1 - t)` brings infinity near.
+fn turned_by(lens: &GaussianLens, b: f64) -> f64 {
+    let n = |r: f64| (2.0 * lens.strength * (-0.5 * (r / lens.width).powi(2)).exp()).exp();
+    let r0 = root(|r| n(r) * r - b, 1e-9, b, true);
+    let count = 200_000;
+    let sum: f64 = (0..count)
+        .map(|i| {
+            let t = (f64::from(i) + 0.5) / f64::from(count);
+            let s = t / (1.0 - t);
+            let r = r0 + s * s;
+            let per_t = 2.0 * s / (1.0 - t).powi(2);
+            b / (r * ((n(r) * r).powi(2) - b * b).sqrt()) * per_t
+        })
+        .sum();
+    2.0 * sum / f64::from(count) - PI
+}
+
+#[test]
+fn a_lens_without_a_hole_turns_light_wherever_it_is() {
+    for (center, width) in [(DVec3::ZERO, 1.0), (DVec3::new(0.5, 0.0, 0.0), 1.0), (DVec3::new(-40.0, 300.0, 7.0), 0.01)] {
+        let lens = GaussianLens { center, strength: 0.3, width };
+        // With no surface at all, and with some.
+        for reach in [0.0, 5.0] {
+            let around = around(&lens, false, reach);
+            for share in [0.3, 1.0, 2.0] {
+                let b = share * width;
+                let start = center + DVec3::new(b, 0.0, -60.0 * width);
+                let to = sky(&around, start, DVec3::Z);
+                // Towards the axis.
+                let angle = (-to.x).atan2(to.z);
+                let right = turned_by(&lens, b);
+                assert!(right > 0.05 && (angle - right).abs() < 1e-8, "{center} {reach} {share}: {angle}, {right}");
+            }
+            // From where nothing bends light, and from the very middle.
+            for x in [DVec3::ZERO, center] {
+                let d = DVec3::new(0.6, 0.0, 0.8);
+                let to = sky(&around, x, d);
+                assert!(to.is_finite() && (x != center || (to - d).length() < 1e-9), "{center} {reach}: {to}");
+            }
+        }
     }
 }

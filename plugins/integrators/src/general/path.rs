@@ -24,6 +24,9 @@ const LARGEST_MASS: f64 = 1e3;
 /// How far rays are followed where space is not flat far away, over where they leave what is known of it.
 const WHERE_NOT_FLAT: f64 = 1e3;
 
+/// Least length that steps are measured by where there is no hole, over the size of what bends light.
+const LEAST_SCALE: f64 = 1e-3;
+
 /// Square of the lapse at which a ray that moves inwards is taken to have reached the horizon.
 const HORIZON: f64 = 1e-4;
 
@@ -41,6 +44,8 @@ pub struct Surroundings<'a> {
     extent: f64,
     /// Distance from the centre beyond which nothing is.
     limit: f64,
+    /// Least length that steps are measured by.
+    smooth: f64,
     flat_far_away: bool,
 }
 
@@ -50,13 +55,24 @@ impl<'a> Surroundings<'a> {
     pub fn new(spacetime: &'a dyn Spacetime, throat: Option<Throat>, backward: bool, reach: Ball) -> Self {
         let hamilton = Hamilton { metric: spacetime.metric(), backward };
         let captures = spacetime.captures();
-        let center = match throat {
-            Some(throat) => throat.center,
-            None => captures.iter().map(|b| b.center).sum::<DVec3>() / captures.len().max(1) as f64,
+        let bends = spacetime.bends();
+        let center = match (throat, bends) {
+            (Some(throat), _) => throat.center,
+            (None, Some(ball)) => ball.center,
+            // Nothing says where it is: perhaps among the surfaces.
+            (None, None) if captures.is_empty() => reach.center,
+            (None, None) => captures.iter().map(|b| b.center).sum::<DVec3>() / captures.len() as f64,
         };
         let size = captures.iter().map(|b| (b.center - center).length() + b.radius);
-        let size = size.fold(throat.map_or(0.0, |t| t.radius), f64::max);
-        let size = if size > 0.0 { size } else { reach.radius.max(f64::MIN_POSITIVE) };
+        let size = size.fold(throat.map_or(0.0, |t| t.radius).max(bends.map_or(0.0, |b| b.radius)), f64::max);
+        let smooth = bends.map_or(f64::MIN_POSITIVE, |b| b.radius);
+        let size = match (size > 0.0, reach.radius > 0.0) {
+            (true, _) => size,
+            (false, true) => reach.radius,
+            // Nor is there anything to measure it by.
+            (false, false) => 1.0,
+        };
+        let smooth = if captures.is_empty() && throat.is_none() { smooth.max(LEAST_SCALE * size) } else { smooth };
         // N^2 = 1 - 2 M / r + ..., and gamma is like that.
         let r = VERY_FAR * size;
         let fields = hamilton.metric.fields(Dual::variables(center + DVec3::X * r));
@@ -64,7 +80,7 @@ impl<'a> Surroundings<'a> {
         let flat_far_away = mass < LARGEST_MASS * size;
         let extent = if flat_far_away { size + mass } else { size };
         let limit = (FAR * extent).max((reach.center - center).length() + reach.radius);
-        Self { hamilton, captures, throat, center, extent, limit, flat_far_away }
+        Self { hamilton, captures, throat, center, extent, limit, smooth, flat_far_away }
     }
 
     /// The ray from `x` on `side` along the chart direction `d`, with errors of about `tolerance` times the distance from the nearest hole;
@@ -85,7 +101,7 @@ impl<'a> Surroundings<'a> {
     fn scale(&self, x: Vector<f64>) -> f64 {
         let to = |center: DVec3| (DVec3::from(x) - center).length();
         let nearest = self.captures.iter().map(|b| to(b.center)).fold(f64::INFINITY, f64::min);
-        if nearest.is_finite() { nearest } else { to(self.center) }.max(f64::MIN_POSITIVE)
+        if nearest.is_finite() { nearest } else { to(self.center) }.max(self.smooth)
     }
 }
 
