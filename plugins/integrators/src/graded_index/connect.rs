@@ -7,7 +7,7 @@
 //! [`Connection::phi`] is the parameter sigma at the end, with `|dx/dsigma| = n`: together with the launch it tells rays apart.
 
 use crate::graded_index::course;
-use crate::graded_index::sight::occluded_in;
+use crate::graded_index::shadow::occluded_in;
 use crate::round::profile::Profile;
 use crate::round::rays::{Rays, Traced};
 use crate::several::images::{To, Traced as TracedRay};
@@ -27,7 +27,7 @@ pub struct GradedConnections {
     /// Pairs of rays that it offers.
     pairs: u32,
     found_by: FoundBy,
-    /// How far a ray may stray from the chords that look for what stands in its way.
+    /// How far a ray may stray from the chords of its shadow ray.
     tolerance: Tolerance,
 }
 

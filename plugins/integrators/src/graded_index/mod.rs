@@ -2,7 +2,7 @@
 //!
 //! `nystroem` has the steps, `dense` makes curves of them, `path` chooses their lengths and passes throats, `escape` says where rays go that
 //! leave, `bundle` how they spread, `medium` is what they have to be told of the index. These know no
-//! surfaces. `course` is a ray among surfaces, `sight` asks what stands in its way. `connect` finds the rays between two points.
+//! surfaces. `course` is a ray among surfaces, `shadow` follows shadow rays. `connect` finds the rays between two points.
 
 pub mod bundle;
 pub mod connect;
@@ -12,4 +12,4 @@ mod escape;
 pub mod medium;
 pub mod nystroem;
 pub mod path;
-pub mod sight;
+pub mod shadow;

@@ -34,7 +34,7 @@ pub enum Chord {
 pub struct SphericalConnections {
     /// Pairs of geodesics that light sampling looks for: 1 plus the greatest number of whole turns around the hole.
     pub turns: u32,
-    /// The chords that look for what stands in the way.
+    /// The chords of shadow rays.
     pub chord: Chord,
 }
 
@@ -103,7 +103,7 @@ impl Connections for SphericalConnections {
     }
 }
 
-/// Whether something stands in the way of each of `shadow_rays` around `hole`; `gap` says how far the chords of each may stray from it (scene units).
+/// Whether each of `shadow_rays` around `hole` is occluded; `gap` says how far the chords of each may stray from it (scene units).
 ///
 /// Their orbits are Taylor series: they only have to be as precise as the chords, and their points cost a tenth of those of the closed form.
 pub(crate) fn occluded_around(

@@ -37,7 +37,7 @@ pub struct Start<'r, F> {
     pub departing: u32,
     /// Largest distances between their chords and courses (scene units); may be infinite.
     pub gap: F,
-    /// The parameters at which they end, if nothing stands in their way before.
+    /// The parameters at which they end, if no surface is met before.
     pub limit: F,
 }
 

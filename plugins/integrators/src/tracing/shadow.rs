@@ -1,4 +1,4 @@
-//! Shadow rays: whether something stands in the way of light between two points.
+//! Shadow rays: whether a surface occludes one point from another along the geodesic between them.
 
 use crate::tracing::driver::{Course, follow};
 use crate::tracing::places::{Start, StartingRays};
@@ -69,7 +69,7 @@ impl<F: Real> Sought<F> {
         }
     }
 
-    /// Whether something stands in the way of each of `rays`, which follow `course`, written to the places of `occluded`; and what that took.
+    /// Whether each of `rays` is occluded, which follow `course`, written to the places of `occluded`; and what that took.
     pub fn occluded<C: Course<F>>(&self, world: &World, rays: &[ShadowRay], course: &mut C, occluded: &mut [bool]) -> Cost {
         let start = Start::new(&rays, rays.len(), |i| &rays[i].start, self.gap, self.limit);
         let mut ends = [RayEnd::NONE; LANES];
@@ -111,7 +111,7 @@ fn arrives(world: &World, ray: &ShadowRay, arrival: &Arrival) -> bool {
                 && world.side_of(hit.geometry) == to.side
                 && crowded_target(world, ray).is_none_or(|target| target.geometry == hit.geometry)
         }
-        // Beyond all surfaces nothing stands in the way.
+        // Beyond all surfaces nothing occludes it.
         Arrival::Sky(_, side) => *side == to.side,
         Arrival::Captured => true,
         Arrival::OutOfSteps => false,

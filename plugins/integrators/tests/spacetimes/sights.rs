@@ -6,7 +6,7 @@ use crate::rooms::{ray, spacetimes, trace, world};
 use bhs_core::ray::{Arrival, Ray};
 use bhs_core::spacetime::{Class, Place};
 use bhs_engine::connections::{Connection, ShadowRay};
-use bhs_integrators::graded_index::sight::reaches;
+use bhs_integrators::graded_index::shadow::reaches;
 use glam::DVec3;
 
 const TOLERANCE: f64 = 1e-6;

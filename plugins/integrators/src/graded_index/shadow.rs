@@ -1,4 +1,4 @@
-//! What stands between two points of a ray of a refractive index.
+//! Shadow rays along the rays of a refractive index.
 
 use crate::graded_index::course::GradedSetup;
 use crate::tracing::shadow::{ERROR, Sought, close};
@@ -20,7 +20,7 @@ pub fn reaches(world: &World, shadow_ray: &ShadowRay, sigma_end: f64, tolerance:
     !occluded[0]
 }
 
-/// Whether something stands in the way of each of `shadow_rays`, with what is told of the world once. `ends` says of each the parameter of its end,
+/// Whether each of `shadow_rays` is occluded, with what is told of the world once. `ends` says of each the parameter of its end,
 /// and how far chords may stray (scene units).
 pub fn occluded_in(
     setting: &GradedSetup<'_>,
