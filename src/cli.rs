@@ -1,6 +1,5 @@
 //! The command line: what can be typed.
 
-use bhs_core::layer::Layer;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -150,8 +149,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// Record a layer besides the colour, such as `sweptangle` or `normal`; can be repeated
-    #[arg(long, value_name = "NAME", value_parser = Layer::from_name)]
-    pub aov: Vec<Layer>,
+    #[arg(long, value_name = "NAME", value_parser = layer_name)]
+    pub aov: Vec<String>,
     /// Write every layer as FILE.NAME.png too, for people to look at
     #[arg(long)]
     pub false_color: bool,
@@ -237,6 +236,11 @@ fn seconds(text: &str) -> Result<Duration, String> {
     seconds
         .and_then(|s| Duration::try_from_secs_f64(s).ok())
         .ok_or_else(|| "expected a number of seconds, such as 300 or 0.5".to_owned())
+}
+
+/// The name of a layer.
+fn layer_name(text: &str) -> Result<String, String> {
+    bhs_engine::layer::find(text, bhs_layers::ALL).map(|layer| layer.name.to_owned())
 }
 
 fn crop(text: &str) -> Result<[f64; 4], String> {

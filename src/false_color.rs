@@ -3,8 +3,8 @@
 //! A number becomes a colour of viridis, from dark blue at the data's 1st percentile to yellow at its 99th. A vector becomes
 //! red, green and blue: positions each axis over its own range, directions from -1 to 1. What has no value is black.
 
-use crate::layers::{LayerPicture, Value};
-use bhs_core::layer::Layer;
+use crate::layers::LayerPicture;
+use bhs_engine::layer::{Display, Value};
 use std::path::{Path, PathBuf};
 
 /// The colour map viridis (Smith, van der Walt and Firing 2015, matplotlib, CC0) at ten equal steps, sRGB.
@@ -34,10 +34,10 @@ pub struct FalseColor<'p> {
 impl<'p> FalseColor<'p> {
     /// Finds the range.
     pub fn new(picture: &'p LayerPicture) -> Self {
-        let fixed = match picture.layer {
-            Layer::Normal | Layer::ShadingNormal => Some([-1.0, 1.0]),
-            Layer::Albedo | Layer::Outcome | Layer::Side => Some([0.0, 1.0]),
-            _ => None,
+        let fixed = match picture.format.display {
+            Display::Range(range) => Some(range),
+            Display::Reflectance => Some([0.0, 1.0]),
+            Display::Spread => None,
         };
         let valued: Vec<&Value> = picture.values.iter().flatten().collect();
         let channel = |c: usize| fixed.unwrap_or_else(|| percentiles(valued.iter().map(|v| v[c]).collect()));
@@ -57,10 +57,11 @@ impl<'p> FalseColor<'p> {
             if hi > lo { ((v - lo) / (hi - lo)).clamp(0.0, 1.0) } else { 0.5 }
         };
         let byte = |x: f64| (255.0 * x + 0.5) as u8;
-        match self.picture.layer {
-            l if l.channels().len() == 1 => viridis(share(0)),
+        let format = &self.picture.format;
+        match format.display {
+            _ if format.channels.len() == 1 => viridis(share(0)),
             // Reflectances are light; the others are numbers.
-            Layer::Albedo => std::array::from_fn(|c| byte(f64::from(bhs_colour::srgb_encode(share(c) as f32)))),
+            Display::Reflectance => std::array::from_fn(|c| byte(f64::from(bhs_colour::srgb_encode(share(c) as f32)))),
             _ => std::array::from_fn(|c| byte(share(c))),
         }
     }
@@ -69,22 +70,22 @@ impl<'p> FalseColor<'p> {
 /// What the colours mean, in words.
 impl std::fmt::Display for FalseColor<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let layer = self.picture.layer;
-        let Some(ranges) = self.ranges else { return write!(f, "{}: no pixel has a value", layer.name()) };
-        let unit = match layer.unit() {
+        let LayerPicture { name, format, .. } = self.picture;
+        let Some(ranges) = self.ranges else { return write!(f, "{name}: no pixel has a value") };
+        let unit = match format.unit {
             "" => String::new(),
             "scene" => " scene units".to_owned(),
             unit => format!(" {unit}"),
         };
-        let colors = if layer.channels().len() == 1 { "dark blue to yellow" } else { "red, green, blue" };
-        let shown: Vec<String> = ranges[..layer.channels().len()].iter().map(|[lo, hi]| format!("{lo:.6} to {hi:.6}")).collect();
-        write!(f, "{}: {}{unit} ({colors})", layer.name(), shown.join(", "))
+        let colors = if format.channels.len() == 1 { "dark blue to yellow" } else { "red, green, blue" };
+        let shown: Vec<String> = ranges[..format.channels.len()].iter().map(|[lo, hi]| format!("{lo:.6} to {hi:.6}")).collect();
+        write!(f, "{name}: {}{unit} ({colors})", shown.join(", "))
     }
 }
 
-/// The file of a layer beside the picture `exr`: `<stem>.<layer>.png`.
-pub fn path(exr: &Path, layer: Layer) -> PathBuf {
-    exr.with_extension(format!("{}.png", layer.name()))
+/// The file of the layer called `name` beside the picture `exr`: `<stem>.<layer>.png`.
+pub fn path(exr: &Path, name: &str) -> PathBuf {
+    exr.with_extension(format!("{name}.png"))
 }
 
 /// The 1st and the 99th percentile of some numbers, at least one.
@@ -105,9 +106,15 @@ fn viridis(t: f64) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bhs_engine::layer::LayerFormat;
 
-    fn colors(layer: Layer, values: Vec<Option<Value>>) -> (Vec<[u8; 3]>, String) {
-        let picture = LayerPicture { layer, values };
+    const SWEPT_ANGLE: (&str, LayerFormat) = ("sweptangle", LayerFormat::new(&["sweptangle"], "rad"));
+    const WINDING: (&str, LayerFormat) = ("winding", LayerFormat::new(&["winding"], ""));
+    const NORMAL: (&str, LayerFormat) =
+        ("normal", LayerFormat::new(&["N.X", "N.Y", "N.Z"], "").shown(Display::Range([-1.0, 1.0])));
+
+    fn colors((name, format): (&'static str, LayerFormat), values: Vec<Option<Value>>) -> (Vec<[u8; 3]>, String) {
+        let picture = LayerPicture { name, format, values };
         let shown = FalseColor::new(&picture);
         (shown.pixels(), shown.to_string())
     }
@@ -117,7 +124,7 @@ mod tests {
         let mut values: Vec<Option<Value>> = (0..=200).map(|i| Some([f64::from(i), 0.0, 0.0])).collect();
         values[200] = Some([1e9, 0.0, 0.0]);
         values.push(None);
-        let (pixels, said) = colors(Layer::SweptAngle, values);
+        let (pixels, said) = colors(SWEPT_ANGLE, values);
         assert_eq!((pixels[0], pixels[199], pixels[200], pixels[201]), (VIRIDIS[0], VIRIDIS[9], VIRIDIS[9], [0; 3]));
         assert!(pixels[100][1] > pixels[50][1] && pixels[150][1] > pixels[100][1], "green grows along viridis");
         assert_eq!(said, "sweptangle: 2.000000 to 198.000000 rad (dark blue to yellow)");
@@ -125,12 +132,12 @@ mod tests {
 
     #[test]
     fn constant_and_empty_layers_have_colours_too() {
-        assert_eq!(colors(Layer::Winding, vec![Some([3.0; 3]); 4]).0, vec![viridis(0.5); 4]);
-        assert_eq!(colors(Layer::Winding, vec![None]), (vec![[0; 3]], "winding: no pixel has a value".to_owned()));
+        assert_eq!(colors(WINDING, vec![Some([3.0; 3]); 4]).0, vec![viridis(0.5); 4]);
+        assert_eq!(colors(WINDING, vec![None]), (vec![[0; 3]], "winding: no pixel has a value".to_owned()));
     }
 
     #[test]
     fn directions_are_red_green_and_blue() {
-        assert_eq!(colors(Layer::Normal, vec![Some([1.0, -1.0, 0.0])]).0, [[255, 0, 128]]);
+        assert_eq!(colors(NORMAL, vec![Some([1.0, -1.0, 0.0])]).0, [[255, 0, 128]]);
     }
 }

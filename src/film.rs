@@ -1,11 +1,11 @@
 //! The frame under way: sums and weights of pixels, in tiles that are each worked on by one thread at a time.
 
 use crate::image::{Frame, Picture, single_precision};
-use crate::layers::{LayerPicture, Value};
+use crate::layers::LayerPicture;
 use crate::memory::{self, OutOfMemory};
 use crate::render::waves::Wave;
 use bhs_core::camera::Film;
-use bhs_core::layer::Layer;
+use bhs_engine::layer::{LayerFormat, NamedLayer, Statistic, Value};
 use glam::DVec3;
 use std::collections::TryReserveError;
 use std::sync::Mutex;
@@ -62,7 +62,7 @@ pub struct Framebuffer {
     crop: [u32; 4],
     frame: [u32; 2],
     channels: Vec<String>,
-    layers: Vec<Layer>,
+    layers: Vec<NamedLayer>,
 }
 
 impl Tile {
@@ -72,10 +72,10 @@ impl Tile {
     }
 
     /// Adds a sample's values of all layers to the pixel `i`; the samples of a pixel come in their order.
-    pub fn add_layers(&mut self, i: usize, layers: &[Layer], values: impl Iterator<Item = Option<Value>>, weight: f64) {
+    pub fn add_layers(&mut self, i: usize, layers: &[NamedLayer], values: impl Iterator<Item = Option<Value>>, weight: f64) {
         let mut sums = self.layers_of(i);
         for (layer, value) in layers.iter().zip(values) {
-            let (own, rest) = sums.split_at_mut(stride(*layer));
+            let (own, rest) = sums.split_at_mut(stride(&layer.format));
             if let Some(value) = value {
                 add(value, weight, own);
             }
@@ -87,7 +87,7 @@ impl Tile {
 impl Tile {
     /// Adds the colour of a sample to the variance of the pixel `i`, which stands at [`variance_at`].
     pub fn add_variance(&mut self, i: usize, at: usize, color: Value) {
-        add_variance(color, &mut self.layers_of(i)[at..][..stride(Layer::Variance)]);
+        add_variance(color, &mut self.layers_of(i)[at..][..VARIANCE_NUMBERS]);
     }
 
     /// The numbers of all layers of the pixel `i`, and those of the pixels after it.
@@ -140,10 +140,10 @@ impl Tile {
 }
 
 impl Framebuffer {
-    /// Memory that the frame of a film takes (bytes): for its sums, and for the tiles that they are divided into.
-    pub fn bytes(film: &dyn Film) -> [u64; 2] {
+    /// Memory that the frame of a film with these layers takes (bytes): for its sums, and for the tiles that they are divided into.
+    pub fn bytes(film: &dyn Film, layers: &[NamedLayer]) -> [u64; 2] {
         let [width, height] = Self::size(film);
-        let numbers = film.channels().len() + 1 + numbers(film.layers());
+        let numbers = film.channels().len() + 1 + numbers(layers);
         let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
         // A tile has three lists, before each of which stands a word or two of the allocator's.
         let tile = size_of::<Mutex<Tile>>() + 3 * 2 * size_of::<usize>();
@@ -156,18 +156,18 @@ impl Framebuffer {
         [x1.saturating_sub(x0), y1.saturating_sub(y0)]
     }
 
-    /// An empty frame of a film.
+    /// An empty frame of a film that records these layers.
     ///
     /// # Errors
     /// If there is not enough memory for it.
-    pub fn new(film: &dyn Film) -> Result<Self, OutOfMemory> {
-        Self::try_new(film).map_err(|_| OutOfMemory::new("the film", Self::bytes(film).iter().sum()))
+    pub fn new(film: &dyn Film, layers: &[NamedLayer]) -> Result<Self, OutOfMemory> {
+        Self::try_new(film, layers).map_err(|_| OutOfMemory::new("the film", Self::bytes(film, layers).iter().sum()))
     }
 
-    fn try_new(film: &dyn Film) -> Result<Self, TryReserveError> {
+    fn try_new(film: &dyn Film, layers: &[NamedLayer]) -> Result<Self, TryReserveError> {
         let [x0, x1, y0, y1] = film.crop();
         let channels = film.channels();
-        let layer_numbers = numbers(film.layers());
+        let layer_numbers = numbers(layers);
         let mut tiles = Vec::new();
         let [width, height] = Self::size(film);
         tiles.try_reserve_exact((width.div_ceil(TILE) as usize).saturating_mul(height.div_ceil(TILE) as usize))?;
@@ -186,7 +186,7 @@ impl Framebuffer {
                 }));
             }
         }
-        Ok(Self { tiles, crop: film.crop(), frame: film.resolution(), channels, layers: film.layers().to_vec() })
+        Ok(Self { tiles, crop: film.crop(), frame: film.resolution(), channels, layers: layers.to_vec() })
     }
 
     /// Number of channels.
@@ -249,9 +249,9 @@ impl Framebuffer {
                 }
             }
         });
-        for LayerPicture { layer, values } in self.layers() {
+        for LayerPicture { format, values, .. } in self.layers() {
             for (pixel, value) in values.iter().enumerate() {
-                for (channel, value) in layer.channels().iter().zip(value.unwrap_or_default()) {
+                for (channel, value) in format.channels.iter().zip(value.unwrap_or_default()) {
                     if !(value as f32).is_finite() {
                         note(channel, pixel);
                     }
@@ -265,13 +265,13 @@ impl Framebuffer {
     pub fn layers(&self) -> Vec<LayerPicture> {
         let pixels = self.pixel_count() as usize;
         let layer_numbers = numbers(&self.layers);
-        let mut pictures: Vec<LayerPicture> =
-            self.layers.iter().map(|l| LayerPicture { layer: *l, values: vec![None; pixels] }).collect();
+        let empty = |l: &NamedLayer| LayerPicture { name: l.name, format: l.format, values: vec![None; pixels] };
+        let mut pictures: Vec<LayerPicture> = self.layers.iter().map(empty).collect();
         self.each_pixel(|pixel, tile, i| {
             let mut sums = &tile.layers[i * layer_numbers..];
-            for LayerPicture { layer, values } in &mut pictures {
-                let (own, rest) = sums.split_at(stride(*layer));
-                values[pixel] = mean(*layer, own);
+            for LayerPicture { format, values, .. } in &mut pictures {
+                let (own, rest) = sums.split_at(stride(format));
+                values[pixel] = mean(format, own);
                 sums = rest;
             }
         });
@@ -303,16 +303,19 @@ pub struct BeyondSinglePrecision {
 }
 
 /// Numbers that a layer of a pixel takes: its channels, and a weight; the variance has sums of squares besides.
-fn stride(layer: Layer) -> usize {
-    match layer {
-        Layer::Variance => 7,
-        _ => layer.channels().len() + 1,
+fn stride(layer: &LayerFormat) -> usize {
+    match layer.statistic {
+        Statistic::ColorVariance => VARIANCE_NUMBERS,
+        Statistic::Mean | Statistic::MeanDirection => layer.channels.len() + 1,
     }
 }
 
+/// Numbers that the variance of a pixel takes: see [`add_variance`].
+const VARIANCE_NUMBERS: usize = 7;
+
 /// Numbers that some layers of a pixel take.
-fn numbers(layers: &[Layer]) -> usize {
-    layers.iter().copied().map(stride).sum()
+fn numbers(layers: &[NamedLayer]) -> usize {
+    layers.iter().map(|layer| stride(&layer.format)).sum()
 }
 
 /// Adds one sample of a layer, of the given weight, to its numbers in a pixel.
@@ -335,19 +338,19 @@ fn add_variance(color: Value, numbers: &mut [f64]) {
 }
 
 /// The mean of a layer's samples, from its numbers in a pixel; of the variance, the unbiased estimate.
-fn mean(layer: Layer, sums: &[f64]) -> Option<Value> {
-    if layer == Layer::Variance {
+fn mean(layer: &LayerFormat, sums: &[f64]) -> Option<Value> {
+    if layer.statistic == Statistic::ColorVariance {
         let count = sums[6];
         return (count >= 2.0).then(|| std::array::from_fn(|c| sums[3 + c] / (count - 1.0)));
     }
     let (weight, sums) = sums.split_last().filter(|(w, _)| **w != 0.0)?;
     let mean: Value = std::array::from_fn(|c| sums.get(c).map_or(0.0, |s| s / weight));
     // As in pbrt-v4; opposite normals may cancel.
-    Some(if layer.is_unit_vector() { DVec3::from_array(mean).normalize_or_zero().to_array() } else { mean })
+    Some(if layer.statistic == Statistic::MeanDirection { DVec3::from_array(mean).normalize_or_zero().to_array() } else { mean })
 }
 
 /// Where the numbers of the variance stand among those of the layers of a pixel, if it is one of them.
-pub fn variance_at(layers: &[Layer]) -> Option<usize> {
-    let before = layers.iter().position(|l| *l == Layer::Variance)?;
+pub fn variance_at(layers: &[NamedLayer]) -> Option<usize> {
+    let before = layers.iter().position(|l| l.format.statistic == Statistic::ColorVariance)?;
     Some(numbers(&layers[..before]))
 }

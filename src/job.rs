@@ -4,6 +4,7 @@ use crate::lang::BuiltScene;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::ray::Ray;
 use bhs_core::sampling::Sampler;
+use bhs_engine::layer::NamedLayer;
 use bhs_engine::scene::Scene;
 use bhs_engine::transport::LightTransport;
 use glam::{DVec2, Vec2};
@@ -19,6 +20,8 @@ pub struct Job<'a> {
     pub viewpoint: &'a Viewpoint,
     /// What records it.
     pub film: &'a dyn Film,
+    /// What it records besides colour.
+    pub layers: &'a [NamedLayer],
     /// Where samples of a pixel go.
     pub filter: &'a dyn Filter,
     /// Random numbers.
@@ -35,6 +38,7 @@ impl<'a> Job<'a> {
             camera: &*built.camera,
             viewpoint: &built.viewpoint,
             film: &*built.film,
+            layers: &built.layers,
             filter: &*built.filter,
             sampler: &*built.sampler,
             transport: &*built.transport,

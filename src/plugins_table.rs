@@ -2,6 +2,7 @@
 
 use crate::registry::{PluginInfo, Registry, full_name};
 use bhs_core::diagnostics::did_you_mean;
+use bhs_engine::layer::LayerFormat;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -66,9 +67,17 @@ fn plugin_json(plugin: &PluginInfo) -> Value {
             "name": p.name, "type": p.ty, "default": default, "required": p.default == "required", "unit": p.unit, "meaning": p.about,
         })
     });
-    json!({
+    let mut shown = json!({
         "kind": word(plugin.kind), "name": plugin.name, "summary": plugin.summary, "parameters": parameters.collect::<Vec<_>>(),
-    })
+    });
+    if let Some(format) = &plugin.format {
+        shown["channels"] = json!(format.channels);
+        shown["unit"] = json!(format.unit);
+    }
+    if !plugin.names.is_empty() {
+        shown["names"] = json!(plugin.names);
+    }
+    shown
 }
 
 fn unknown(what: &str, name: &str, there_is: &[&str]) -> String {
@@ -91,6 +100,13 @@ fn summary_line(text: &mut String, plugin: &PluginInfo) {
 
 fn table(text: &mut String, plugin: &PluginInfo) {
     summary_line(text, plugin);
+    if let Some(LayerFormat { channels, unit, .. }) = plugin.format {
+        let unit = if unit.is_empty() { String::new() } else { format!("  [{unit}]") };
+        let _ = writeln!(text, "      {}{unit}", channels.join(", "));
+    }
+    if !plugin.names.is_empty() {
+        let _ = writeln!(text, "      {}", plugin.names.join(", "));
+    }
     let wide = |f: fn(&PluginInfo, usize) -> usize| (0..plugin.params.len()).map(|i| f(plugin, i)).max().unwrap_or(0);
     let (types, names) = (wide(|p, i| p.params[i].ty.len()), wide(|p, i| p.params[i].name.len()));
     let (defaults, units) = (wide(|p, i| p.params[i].default.len()), wide(|p, i| p.params[i].unit.len()));

@@ -16,13 +16,17 @@ use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
 use bhs_core::motion::Motion;
 use bhs_core::observer::Conventions;
-use bhs_core::params::{Context, Files, Nameless, ParamInfo, Params, SpectrumSource};
+use bhs_core::params::{Context, Files, Nameless, ParamInfo, Params, SpectrumMaker, SpectrumSource};
 use bhs_core::sampling::Sampler;
 use bhs_core::spacetime::Spacetime;
+use bhs_core::spectrum::{Spectrum, SpectrumRole};
 use bhs_core::texture::Texture;
+use bhs_core::value::Param;
 use bhs_engine::integrator::IntegratorBuilder;
+use bhs_engine::layer::{Layer, LayerFormat, NamedLayer, read_layers};
 use bhs_engine::transport::LightTransport;
 use glam::DAffine3;
+use std::sync::Arc;
 
 /// A kind of plugin: the trait object that its plugins make.
 pub trait Kind: 'static {
@@ -37,7 +41,6 @@ macro_rules! kinds {
         /// All plugins.
         pub struct Registry {
             $($field: Vec<Plugin<$ty>>,)*
-            spectra: Box<dyn SpectrumSource + Send + Sync>,
         }
 
         /// A plugin of any kind.
@@ -64,12 +67,12 @@ macro_rules! kinds {
         impl Registry {
             /// The plugins of the tree.
             pub fn builtin() -> Self {
-                Self { $($field: $list.to_vec(),)* spectra: Box::new(bhs_spectra::Builder) }
+                Self { $($field: $list.to_vec(),)* }
             }
 
             /// No plugins but the spectra: for a program that makes its own choice by [`Registry::with`].
             pub fn empty() -> Self {
-                Self { $($field: Vec::new(),)* spectra: Box::new(bhs_spectra::Builder) }
+                Self { spectra: bhs_spectra::ALL.to_vec(), ..Self { $($field: Vec::new(),)* } }
             }
 
             /// Adds a plugin; one of the same kind and name is replaced.
@@ -111,6 +114,8 @@ kinds! {
     spacetimes: Spacetime(dyn Spacetime) = "spacetime", bhs_spacetimes::ALL;
     motions: Motion(dyn Motion) = "motion", bhs_motions::ALL;
     shapes: Shape(dyn Shape) = "shape", bhs_shapes::ALL;
+    spectra: Spectrum(dyn SpectrumMaker) = "spectrum", bhs_spectra::ALL;
+    layers: Layer(dyn Layer) = "layer", bhs_layers::ALL;
 }
 
 /// What `bhs plugins` shows of a plugin.
@@ -124,6 +129,10 @@ pub struct PluginInfo {
     pub summary: &'static str,
     /// Its parameters, in the order in which its constructor asks for them.
     pub params: Vec<ParamInfo>,
+    /// Of a layer: what its numbers are.
+    pub format: Option<LayerFormat>,
+    /// Of what makes spectra: the names by which scenes ask for them.
+    pub names: Vec<&'static str>,
 }
 
 impl Registry {
@@ -140,7 +149,7 @@ impl Registry {
 
     /// The maker of spectra.
     pub fn spectra(&self) -> &dyn SpectrumSource {
-        self.spectra.as_ref()
+        self
     }
 
     /// Makes the plugin that `entity` names. All that is wrong goes to `found`; a plugin may come back all the same.
@@ -178,6 +187,17 @@ impl Registry {
         (made, of_directive)
     }
 
+    /// Makes the film that `entity` names, and the layers that its directive asks for.
+    pub fn create_film(
+        &self,
+        entity: &Entity,
+        context: Context,
+        found: &mut Vec<Diagnostic>,
+    ) -> (Option<Box<dyn Film>>, Vec<NamedLayer>) {
+        let (film, layers) = self.create_with(entity, context, found, |p| Some(read_layers(p, &self.layers)));
+        (film, layers.unwrap_or_default())
+    }
+
     /// The error that a kind has no plugin of this name.
     pub fn unknown<T: Kind + ?Sized>(&self, name: &Spanned<String>) -> Diagnostic {
         let names = self.names::<T>();
@@ -200,12 +220,22 @@ impl Registry {
     /// Runs a constructor without parameters, for its table.
     fn describe_one<T: Kind + ?Sized>(&self, plugin: &Plugin<T>) -> PluginInfo {
         let context = Context { resolution: [64, 64], ..bare_context(&NoFiles, self.spectra()) };
-        let params = Params::new(Spanned::new(plugin.name.to_owned(), Span::default()), &[], context);
+        let none = || Params::new(Spanned::new(plugin.name.to_owned(), Span::default()), &[], context);
+        let params = none();
         // Only what it asks for counts here, not what it makes.
         drop((plugin.build)(&params));
         self.directive_params(T::WORD, &params);
         let (_, asked) = params.finish();
-        PluginInfo { kind: T::WORD, name: plugin.name, summary: plugin.summary, params: asked }
+        let layer = if T::WORD == <dyn Layer>::WORD { self.find::<dyn Layer>(plugin.name) } else { None };
+        let maker = if T::WORD == <dyn SpectrumMaker>::WORD { self.find::<dyn SpectrumMaker>(plugin.name) } else { None };
+        PluginInfo {
+            kind: T::WORD,
+            name: plugin.name,
+            summary: plugin.summary,
+            params: asked,
+            format: layer.and_then(|layer| (layer.build)(&none())).map(|layer| layer.format()),
+            names: maker.and_then(|maker| (maker.build)(&none())).map(|maker| maker.names()).unwrap_or_default(),
+        }
     }
 
     /// Asks for the parameters that the directives of a kind take besides those of its plugins.
@@ -213,6 +243,7 @@ impl Registry {
         match kind {
             "spacetime" => drop(Conventions::read(params)),
             "camera" => drop(self.viewpoint(params)),
+            "film" => drop(read_layers(params, &self.layers)),
             _ => {}
         }
     }
@@ -220,6 +251,12 @@ impl Registry {
     /// What the parameters of a camera's directive state of where it looks from; `None` if something is wrong with them.
     pub fn viewpoint(&self, params: &Params) -> Option<Viewpoint> {
         Viewpoint::read(params, &|name| self.find(&name.value).ok_or_else(|| Box::new(self.unknown::<dyn Motion>(name))))
+    }
+}
+
+impl SpectrumSource for Registry {
+    fn build(&self, param: &Param, role: SpectrumRole, context: &Context) -> Result<Arc<dyn Spectrum>, Vec<Diagnostic>> {
+        bhs_spectra::build_with(&self.spectra, param, role, context)
     }
 }
 

@@ -105,7 +105,7 @@ impl TileWork<'_> {
         let mut not_finite = FirstSamples::default();
         let [lo, hi] = job.film.lambda_range();
         let wavelengths = VisibleWavelengths::new(lo, hi);
-        let variance = variance_at(job.film.layers());
+        let variance = variance_at(job.layers);
         let TileProgress { done, end, position } = tile.progress;
         let samples = end.saturating_sub(done).max(1) as usize;
         // Pixel after pixel.
@@ -124,7 +124,7 @@ impl TileWork<'_> {
             for (seen, path) in seen.iter().zip(&paths) {
                 let pixel = tile.index(seen.id.pixel);
                 if let Some(layers) = self.layers {
-                    tile.add_layers(pixel, job.film.layers(), layers.values(path, seen.camera_ratio()), f64::from(seen.weight));
+                    tile.add_layers(pixel, job.layers, layers.values(path, seen.camera_ratio()), f64::from(seen.weight));
                 }
                 let sums = &mut tile.sums[pixel * channels..][..channels];
                 let before = variance.map(|_| color(sums));

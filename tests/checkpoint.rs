@@ -157,7 +157,7 @@ fn what_belongs_to_another_render_says_which_part_does() {
     assert!(with(Overrides { seed: Some(7), ..Default::default() }).contains("another seed: 0, not 7"));
     assert!(with(Overrides { resolution: Some([8, 8]), ..Default::default() }).contains("film resolution"));
     assert!(with(Overrides { crop: Some([0.0, 0.5, 0.0, 1.0]), ..Default::default() }).contains("film crop window"));
-    assert!(with(Overrides { layers: vec![bhs_core::layer::Layer::Depth], ..Default::default() }).contains("film layers"));
+    assert!(with(Overrides { layers: vec!["depth".into()], ..Default::default() }).contains("film layers"));
     assert!(with(Overrides { transport: Some("normals".into()), ..Default::default() }).contains("light transport"));
     assert!(with(Overrides { integrator: Some("straight".into()), ..Default::default() }).contains("integrator"));
     assert!(refusal(&common::build(&text.replace("0.6", "0.7")), &saved).contains("another scene"));

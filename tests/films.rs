@@ -2,7 +2,6 @@
 
 use crate::common;
 use crate::common::lights::luminance;
-use bhs_core::layer::Layer;
 
 #[test]
 fn equal_energy_has_unit_luminance() {
@@ -62,7 +61,7 @@ fn lamp(sampler: &str, layers: &str) -> String {
 fn the_variance_is_that_of_the_samples() {
     let built =
         common::build(&lamp(r#"Sampler "independent" "integer pixelsamples" 20000"#, r#""string layers" ["variance" "depth"]"#));
-    assert_eq!(built.film.layers(), [Layer::Variance, Layer::Depth]);
+    assert_eq!(built.layers.iter().map(|layer| layer.name).collect::<Vec<_>>(), ["variance", "depth"]);
     let frame = common::render(&built).frame;
     let (picture, layers) = (frame.picture(), frame.layers());
     let variance = layers[0].values[0].expect("samples");

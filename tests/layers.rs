@@ -3,7 +3,7 @@
 use crate::common;
 use bhs::lang::Overrides;
 use bhs::layers::LayerPicture;
-use bhs_core::layer::Layer;
+use bhs::registry::Registry;
 use std::f64::consts::{PI, TAU};
 
 const RELATIVITY: &str = r#""impactparameter" "sweptangle" "closestapproach" "winding" "redshift" "queries" "outcome""#;
@@ -207,7 +207,7 @@ fn a_layer_is_the_mean_over_the_rays_that_have_a_value() {
     // At the ball's rim some rays of a pixel hit it: their mean point lies on the ball, not between it and the origin.
     let built = common::build(&ball(r#""string layers" ["position" "outcome" "normal"]"#));
     let layers: Vec<LayerPicture> = common::render(&built).frame.layers();
-    assert_eq!(layers.iter().map(|l| l.layer).collect::<Vec<_>>(), [Layer::Position, Layer::Outcome, Layer::Normal]);
+    assert_eq!(layers.iter().map(|l| l.name).collect::<Vec<_>>(), ["position", "outcome", "normal"]);
     let mut rim = 0;
     for i in 0..20 * 18 {
         let outcome = layers[1].values[i].expect("all rays end somewhere");
@@ -226,18 +226,23 @@ fn a_layer_is_the_mean_over_the_rays_that_have_a_value() {
 
 #[test]
 fn the_command_line_adds_layers_to_those_of_the_scene() {
-    let overrides = Overrides { layers: vec![Layer::Winding, Layer::Albedo], ..Default::default() };
-    let layers = |text: &str| common::build_with(text, &overrides).film.layers().to_vec();
-    assert_eq!(layers(&ball("")), [Layer::Winding, Layer::Albedo]);
-    assert_eq!(layers(&ball(r#""string layers" ["albedo" "queries"]"#)), [Layer::Albedo, Layer::Queries, Layer::Winding]);
+    let overrides = Overrides { layers: vec!["winding".into(), "albedo".into()], ..Default::default() };
+    let layers = |text: &str| common::build_with(text, &overrides).layers.iter().map(|layer| layer.name).collect::<Vec<_>>();
+    assert_eq!(layers(&ball("")), ["winding", "albedo"]);
+    assert_eq!(layers(&ball(r#""string layers" ["albedo" "queries"]"#)), ["albedo", "queries", "winding"]);
 }
 
 #[test]
 fn the_language_reference_lists_every_layer_with_its_channels() {
     let reference = common::read("grammar/README.md");
-    for layer in Layer::ALL {
-        let row = reference.lines().find(|l| l.starts_with(&format!("| `{}` |", layer.name())));
-        let row = row.unwrap_or_else(|| panic!("{layer:?} is missing"));
-        assert!(layer.channels().iter().all(|c| row.contains(&format!("`{c}`"))), "{row}");
+    let all = Registry::builtin().describe();
+    let mut layers = 0;
+    for (name, format) in all.iter().filter_map(|plugin| Some((plugin.name, plugin.format?))) {
+        let row = reference.lines().find(|l| l.starts_with(&format!("| `{name}` | `")));
+        let row = row.unwrap_or_else(|| panic!("{name} is missing"));
+        assert!(format.channels.iter().all(|c| row.contains(&format!("`{c}`"))), "{row}");
+        assert!(row.ends_with(&format!("| {} |", format.unit)) || format.unit.is_empty() && row.ends_with("| |"), "{row}");
+        layers += 1;
     }
+    assert_eq!(layers, 14);
 }

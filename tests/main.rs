@@ -33,6 +33,7 @@ mod motions;
 mod offsets;
 mod optics;
 mod outputs;
+mod outside;
 mod pbrt_facts;
 mod point_light;
 mod redshift;

@@ -10,7 +10,6 @@ use bhs::image;
 use bhs::lang::{BuiltScene, Overrides};
 use bhs::memory::Bytes;
 use bhs::memory::picture::Need;
-use bhs_core::layer::Layer;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -104,7 +103,7 @@ fn rays_that_do_not_fit_are_refused() {
 /// What a picture takes while it is held and written as `bhs render` does; the picture is noise, which cannot be compressed.
 fn written(built: &BuiltScene) -> [u64; 2] {
     let mut frame = None;
-    let held = measure(|| frame = Framebuffer::new(&*built.film).ok());
+    let held = measure(|| frame = Framebuffer::new(&*built.film, &built.layers).ok());
     let frame = frame.expect("there is memory");
     for tile in &frame.tiles {
         let mut tile = tile.lock().expect("nobody has failed");
@@ -133,11 +132,15 @@ fn written(built: &BuiltScene) -> [u64; 2] {
 #[test]
 fn what_a_picture_needs_is_what_it_takes() {
     let films = [SCENE.to_owned(), SCENE.replace("Film \"rgb\"", "Film \"spectral\"")];
-    let layers = [vec![], vec![Layer::Normal], vec![Layer::Depth, Layer::Position, Layer::Variance, Layer::Albedo]];
+    let layers = [&[][..], &["normal"], &["depth", "position", "variance", "albedo"]];
     for (film, layers) in films.iter().flat_map(|f| layers.iter().map(move |l| (f, l))) {
-        let overrides = Overrides { resolution: Some([1000, 700]), layers: layers.clone(), ..Overrides::default() };
+        let overrides = Overrides {
+            resolution: Some([1000, 700]),
+            layers: layers.iter().map(|name| (*name).to_owned()).collect(),
+            ..Overrides::default()
+        };
         let built = common::build_with(film, &overrides);
-        let need = Need::of(&*built.film);
+        let need = Need::of(&*built.film, &built.layers);
         let [held, writing] = written(&built);
         for (what, needed, taken) in [("film", need.sums + need.tiles, held), ("writing", need.writing, writing)] {
             let ratio = needed as f64 / taken as f64;

@@ -35,7 +35,8 @@ fn section<'t>(text: &'t str, heading: &str) -> Option<&'t str> {
 
 /// The heading over the plugins of a kind.
 fn heading(kind: &str) -> String {
-    format!("## {}{}s", kind[..1].to_uppercase(), &kind[1..])
+    let plural = if kind == "spectrum" { "spectra".to_owned() } else { format!("{kind}s") };
+    format!("## {}{}", plural[..1].to_uppercase(), &plural[1..])
 }
 
 /// The table of a plugin's parameters; nothing if it has none.
@@ -92,7 +93,9 @@ fn every_plugin_has_a_section_with_its_parameters_and_an_example_of_it() {
         let name = format!("### `{}`", plugin.name);
         let found =
             section(kind, &name).unwrap_or_else(|| panic!("{} `{}` has no section under `{title}`", plugin.kind, plugin.name));
-        let shown = examples(found).iter().any(|e| e.contains(&format!("\"{}\"", plugin.name)));
+        // Scenes do not write the names of what makes spectra.
+        let is_written = plugin.kind != "spectrum";
+        let shown = examples(found).iter().any(|e| !is_written || e.contains(&format!("\"{}\"", plugin.name)));
         assert!(shown, "no example under {} `{}` shows it", plugin.kind, plugin.name);
         let right = with_table(found, &table(&plugin));
         if right != found {
@@ -107,13 +110,9 @@ fn every_plugin_has_a_section_with_its_parameters_and_an_example_of_it() {
 }
 
 #[test]
-fn every_spectrum_has_a_section_with_an_example() {
+fn every_spectrum_of_a_name_is_listed() {
     let text = reference();
     let spectra = section(&text, "## Spectra").expect("there is one");
-    for plugin in bhs_spectra::ALL {
-        let found = section(spectra, &format!("### `{}`", plugin.name)).unwrap_or_else(|| panic!("`{}` has none", plugin.name));
-        assert!(!examples(found).is_empty(), "{}", plugin.name);
-    }
     for name in bhs_spectra::builtin_names() {
         assert!(spectra.contains(&format!("`{name}`")), "{name}");
     }

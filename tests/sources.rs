@@ -127,7 +127,7 @@ fn the_rooms_depend_on_what_is_below_them() {
         }
     }
     run_on_it.sort();
-    assert_eq!(run_on_it, ["integrators", "transports"]);
+    assert_eq!(run_on_it, ["integrators", "layers", "transports"]);
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn registry() -> Registry {
         ($($list:expr),*) => { $(for plugin in $list { registry = registry.with(*plugin); })* };
     }
     all!(bhs_transports::ALL, bhs_intersectors::ALL, bhs_cameras::ALL, bhs_films::ALL, bhs_filters::ALL, bhs_samplers::ALL);
-    all!(bhs_materials::ALL, bhs_lights::ALL, bhs_lights::AREA, bhs_motions::ALL, bhs_shapes::ALL);
+    all!(bhs_materials::ALL, bhs_lights::ALL, bhs_lights::AREA, bhs_motions::ALL, bhs_shapes::ALL, bhs_layers::ALL);
     registry
 }
 

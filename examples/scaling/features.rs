@@ -6,7 +6,6 @@ use bhs::bench::clock::processor_seconds;
 use bhs::bench::table::Table;
 use bhs::lang::Overrides;
 use bhs::render::render_quietly;
-use bhs_core::layer::Layer;
 
 const ROUNDS: usize = 5;
 
@@ -48,10 +47,10 @@ pub fn measure() -> Result<()> {
         feature("a point light, flat", &flat, &format!("{flat}LightSource \"point\" \"point3 from\" [0 1 0]\n")),
         feature("sampler `sobol` in place of `independent`, flat", &flat.replace("\"sobol\"", "\"independent\""), &flat),
     ];
-    for layer in Layer::ALL {
-        let with = Overrides { layers: vec![layer], ..small.clone() };
+    for layer in bhs_layers::ALL {
+        let with = Overrides { layers: vec![layer.name.to_owned()], ..small.clone() };
         features.push(Feature {
-            name: format!("layer `{}`", layer.name()),
+            name: format!("layer `{}`", layer.name),
             without: (room.clone(), small.clone()),
             with: (room.clone(), with),
         });

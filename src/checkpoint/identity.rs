@@ -1,7 +1,6 @@
 //! What a checkpoint belongs to: whatever decides which number every sample adds.
 
 use crate::lang::BuiltScene;
-use bhs_core::layer::Layer;
 use serde_json::{Value, json};
 
 /// What a render is of. Two renders with the same identity add the same samples to the same pixels.
@@ -28,7 +27,7 @@ impl Identity {
     /// That of the current camera of a scene.
     pub fn of(built: &BuiltScene) -> Self {
         let film = &*built.film;
-        let layers: Vec<&str> = film.layers().iter().copied().map(Layer::name).collect();
+        let layers: Vec<&str> = built.layers.iter().map(|layer| layer.name).collect();
         Self(json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": built.hash,

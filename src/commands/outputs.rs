@@ -15,7 +15,7 @@ use crate::say;
 use crate::stats::Phases;
 use anyhow::Result;
 use bhs_core::diagnostics::Diagnostic;
-use bhs_core::layer::Layer;
+use bhs_engine::layer::NamedLayer;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -117,9 +117,9 @@ impl Outputs {
             });
             return None;
         }
-        let layers: &[Layer] = if naming.false_color { built.film.layers() } else { &[] };
+        let layers: &[NamedLayer] = if naming.false_color { &built.layers } else { &[] };
         let png = exr_path.with_extension("png");
-        let shown: Vec<PathBuf> = layers.iter().map(|l| false_color::path(&exr_path, *l)).collect();
+        let shown: Vec<PathBuf> = layers.iter().map(|l| false_color::path(&exr_path, l.name)).collect();
         let stats = naming.stats.map(own_name);
         if naming.no_overwrite {
             let all = [&exr_path, &png].into_iter().chain(&shown).chain(&stats);

@@ -40,11 +40,11 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");
     // Meshes and skies have their memory now.
-    if let Some(found) = memory::picture::check(&*built.film) {
+    if let Some(found) = memory::picture::check(&*built.film, &built.layers) {
         show(&[found], &sources, common.color);
         return Ok(ExitStatus::Fault);
     }
-    if args.false_color && built.film.layers().is_empty() {
+    if args.false_color && built.layers.is_empty() {
         say!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
         return Ok(ExitStatus::CommandLine);
     }

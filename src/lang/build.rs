@@ -25,6 +25,7 @@ use bhs_core::params::{Context, Params};
 use bhs_core::sampling::Sampler;
 use bhs_core::value::Param;
 use bhs_engine::integrator::IntegratorBuilder;
+use bhs_engine::layer::NamedLayer;
 use bhs_engine::scene::Scene;
 use bhs_engine::transport::LightTransport;
 use std::collections::VecDeque;
@@ -45,6 +46,8 @@ pub struct BuiltScene {
     further_views: VecDeque<View>,
     /// What records it.
     pub film: Box<dyn Film>,
+    /// What it records besides colour.
+    pub layers: Vec<NamedLayer>,
     /// Where the scene names the file of the picture, if it does.
     pub filename_span: Option<Span>,
     /// Where samples of a pixel go.
@@ -108,13 +111,13 @@ pub fn build(
     let (seed, intersector) = build_options(&settings.options, registry, context, sources, &mut found);
     let seed = overrides.seed.unwrap_or(seed);
     let context = Context { seed, ..context };
-    let mut film = registry.create::<dyn Film>(&settings.film, context, &mut found);
+    let (mut film, mut layers) = registry.create_film(&settings.film, context, &mut found);
     if let Some([x, y]) = film.as_ref().and_then(|f| overrides.quick_resolution(f.resolution())) {
         set_integer(&mut settings.film.params, "xresolution", x, settings.quick);
         set_integer(&mut settings.film.params, "yresolution", y, settings.quick);
-        film = registry.create::<dyn Film>(&settings.film, context, &mut found);
+        (film, layers) = registry.create_film(&settings.film, context, &mut found);
     }
-    if let Some(finding) = film.as_deref().and_then(|film| too_large(film, &settings.film, overrides.too_large)) {
+    if let Some(finding) = film.as_deref().and_then(|film| too_large(film, &layers, &settings.film, overrides.too_large)) {
         let refused = finding.severity == Severity::Error;
         found.push(finding);
         if refused {
@@ -207,6 +210,7 @@ pub fn build(
             further_views: a.further_views,
             filename_span: settings.film.params.iter().find(|p| p.name.value == "filename").map(|p| p.span),
             film,
+            layers,
             filter,
             sampler,
             transport,
@@ -224,12 +228,12 @@ pub fn build(
 }
 
 /// What is said of a picture that is too large for the memory that there is.
-fn too_large(film: &dyn Film, entity: &Entity, then: TooLarge) -> Option<Diagnostic> {
+fn too_large(film: &dyn Film, layers: &[NamedLayer], entity: &Entity, then: TooLarge) -> Option<Diagnostic> {
     if then == TooLarge::Ignore {
         return None;
     }
     let size = entity.params.iter().find(|p| p.name.value == "xresolution");
-    let found = picture::check_at(film, size.map_or(entity.name.span, |p| p.name.span))?;
+    let found = picture::check_at(film, layers, size.map_or(entity.name.span, |p| p.name.span))?;
     let severity = if then == TooLarge::Refuse { Severity::Error } else { Severity::Warning };
     Some(Diagnostic { severity, ..found })
 }

@@ -5,7 +5,6 @@ use crate::lang::source::SourceMap;
 use crate::lang::spacetime::{build_spacetime, choose_integrator};
 use crate::lang::{build, has_errors, resolve};
 use crate::registry::{Registry, bare_context};
-use bhs_core::camera::Film;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::params::Context;
 use bhs_core::sampling::Sampler;
@@ -40,7 +39,7 @@ pub fn load_method(
     let context = bare_context(sources, registry.spectra());
     let (seed, _) = build::build_options(&settings.options, registry, context, sources, &mut found);
     let context = Context { seed: overrides.seed.unwrap_or(seed), ..context };
-    let film = registry.create::<dyn Film>(&settings.film, context, &mut found);
+    let (film, _) = registry.create_film(&settings.film, context, &mut found);
     let gravity = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));
     let context = Context {
         resolution: film.as_ref().map_or(context.resolution, |f| f.resolution()),

@@ -9,7 +9,6 @@ use crate::lang::source::SourceMap;
 use crate::memory::picture::TooLarge;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
-use bhs_core::layer::Layer;
 use bhs_core::spacetime::Side;
 use bhs_core::value::{Param, ParamType, Values};
 use bhs_engine::integrator::IntegratorBuilder;
@@ -40,8 +39,8 @@ pub struct Overrides {
     pub resolution: Option<[u32; 2]>,
     /// x0, x1, y0, y1 of the part to render, as fractions of width and height.
     pub crop: Option<[f64; 4]>,
-    /// Layers that the film records besides those of the scene.
-    pub layers: Vec<Layer>,
+    /// Names of layers that the film records besides those of the scene.
+    pub layers: Vec<String>,
     /// File to write.
     pub output: Option<String>,
     /// A preview: the picture reduced, keeping its shape, to at most [`QUICK_SIDE`] pixels on its longer side, and to at most
@@ -232,8 +231,8 @@ impl Overrides {
             set(film, parameter(ParamType::Float, "cropwindow", values, span));
         }
         for layer in &self.layers {
-            let span = flags.flag("--aov", layer.name());
-            add_string(film, "layers", layer.name(), span);
+            let span = flags.flag("--aov", layer);
+            add_string(film, "layers", layer, span);
         }
         if let Some(path) = &self.output {
             let span = flags.flag("-o", path);

@@ -250,7 +250,7 @@ fn flags_win_over_the_scene() {
         seed: Some(u64::MAX),
         resolution: Some([30, 20]),
         crop: Some([0.5, 1.0, 0.0, 0.5]),
-        layers: vec![bhs_core::layer::Layer::Winding],
+        layers: vec!["winding".into()],
         output: Some("x.exr".into()),
         quick: true,
         too_large: Default::default(),
@@ -258,7 +258,7 @@ fn flags_win_over_the_scene() {
     };
     let scene = build_with(text, &overrides).ok().unwrap();
     assert_eq!((scene.film.resolution(), scene.film.crop(), scene.film.filename()), ([30, 20], [15, 30, 0, 10], "x.exr"));
-    assert_eq!(scene.film.layers(), [bhs_core::layer::Layer::Winding]);
+    assert_eq!(scene.layers.iter().map(|layer| layer.name).collect::<Vec<_>>(), ["winding"]);
     assert_eq!((scene.sampler.samples_per_pixel(), scene.seed), (5, u64::MAX));
     let names = [&scene.integrator_name, &scene.transport_name, &scene.intersector_name];
     assert_eq!(names, ["straight", "hemisphere", "reference"]);

@@ -4,6 +4,7 @@ use super::{Available, Bytes, available};
 use crate::film::Framebuffer;
 use bhs_core::camera::Film;
 use bhs_core::diagnostics::{Diagnostic, Span};
+use bhs_engine::layer::NamedLayer;
 
 /// What is done about a picture that is too large for the memory that there is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,18 +33,18 @@ pub struct Need {
 }
 
 impl Need {
-    /// That of a film.
-    pub fn of(film: &dyn Film) -> Self {
+    /// That of a film with these layers.
+    pub fn of(film: &dyn Film, layers: &[NamedLayer]) -> Self {
         let [x0, x1, y0, y1] = film.crop();
         let pixels = u64::from(x1.saturating_sub(x0)) * u64::from(y1.saturating_sub(y0));
-        let (colors, layers) = (film.channels().len() as u64, film.layers());
-        let channels = colors + layers.iter().map(|l| l.channels().len() as u64).sum::<u64>();
+        let colors = film.channels().len() as u64;
+        let channels = colors + layers.iter().map(|l| l.format.channels.len() as u64).sum::<u64>();
+        let [sums, tiles] = Framebuffer::bytes(film, layers);
         let layers = layers.len() as u64;
         // The colours as floats, the layers as options of three doubles, and these in colours of three bytes.
         let held = 4 * colors + (32 + 3) * layers;
         // Bytes of colour and what they are compressed to; for EXR the channels together, if there are layers, and then one by one.
         let (png, exr) = (3 + 3, 4 * channels + if layers > 0 { 4 * (colors + channels) } else { 0 });
-        let [sums, tiles] = Framebuffer::bytes(film);
         Self { sums, tiles, writing: ENCODERS + pixels.saturating_mul(held + png.max(exr)) }
     }
 
@@ -53,9 +54,9 @@ impl Need {
     }
 }
 
-/// An error if the picture of `film` needs more memory than there is now. `None`: it fits, or the system does not tell.
-pub fn check(film: &dyn Film) -> Option<Diagnostic> {
-    let (need, available) = (Need::of(film), available()?);
+/// An error if the picture of `film` with these layers needs more memory than there is now. `None`: it fits, or the system does not tell.
+pub fn check(film: &dyn Film, layers: &[NamedLayer]) -> Option<Diagnostic> {
+    let (need, available) = (Need::of(film, layers), available()?);
     (need.total() > available.bytes).then(|| too_large(film, need, &available))
 }
 
@@ -74,6 +75,6 @@ fn too_large(film: &dyn Film, need: Need, available: &Available) -> Diagnostic {
 }
 
 /// As [`check`], with the place in the scene that says how large it is.
-pub fn check_at(film: &dyn Film, span: Span) -> Option<Diagnostic> {
-    Some(check(film)?.at(span, ""))
+pub fn check_at(film: &dyn Film, layers: &[NamedLayer], span: Span) -> Option<Diagnostic> {
+    Some(check(film, layers)?.at(span, ""))
 }

@@ -72,8 +72,8 @@ impl<'a> RenderState<'a> {
     /// If there is not enough memory for its frame.
     pub fn new(job: Job<'a>) -> Result<Self, OutOfMemory> {
         Ok(Self {
-            frame: Arc::new(Framebuffer::new(job.film)?),
-            layers: LayerCollector::new(job.scene, job.film),
+            frame: Arc::new(Framebuffer::new(job.film, job.layers)?),
+            layers: LayerCollector::new(job.scene, job.film, job.layers),
             shared: RwLock::new(Shared {
                 memory: job.transport.for_render(job.scene),
                 wave: Wave::default(),

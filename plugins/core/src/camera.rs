@@ -1,7 +1,6 @@
 //! Cameras, filters and films: from a picture's pixels to rays, and back from radiance to pixels.
 
 use crate::diagnostics::shorten;
-use crate::layer::Layer;
 use crate::motion::{FindMotion, Motion, read_motion};
 use crate::params::Params;
 use crate::spacetime::Side;
@@ -103,11 +102,6 @@ pub trait Film: Send + Sync {
 
     /// Names of the channels, as in the EXR file.
     fn channels(&self) -> Vec<String>;
-
-    /// What it records besides its own channels; nothing unless the scene asks for it.
-    fn layers(&self) -> &[Layer] {
-        &[]
-    }
 
     /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to a pixel's sums, one for each channel. There may be
     /// three of them only, for who asks for the colour alone: films begin with red, green and blue.

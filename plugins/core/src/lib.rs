@@ -2,8 +2,8 @@
 //!
 //! A plugin sees this crate: the parameters it is built from ([`params`]), spectra and sampled wavelengths ([`spectrum`]), random numbers
 //! ([`sampling`]), rays ([`ray`]), geometry ([`geometry`]), spacetimes and the observers in them ([`spacetime`], [`observer`]), and
-//! one trait for each kind of plugin. Integrators and light transports, which follow rays through a world of surfaces, see `bhs-engine` too. There
-//! is no input, no output and no panic on a user's data in here.
+//! one trait for each kind of plugin. Integrators, light transports and layers, which follow rays through a world of surfaces or see what these
+//! meet, see `bhs-engine` too. There is no input, no output and no panic on a user's data in here.
 //!
 //! [`real`], [`lanes`] and [`dual`] are arithmetic: numbers one at a time, of eight rays side by side, and with derivatives. They stand here
 //! because the contracts of spacetimes ([`spacetime::GradedIndex`], [`spacetime::Metric`]) are in terms of them.
@@ -19,7 +19,6 @@ pub mod geometry;
 pub mod image;
 pub mod intersector;
 pub mod lanes;
-pub mod layer;
 pub mod light;
 pub mod material;
 pub mod motion;

@@ -46,6 +46,23 @@ pub trait SpectrumSource {
     fn build(&self, param: &Param, role: SpectrumRole, context: &Context) -> Result<Arc<dyn Spectrum>, Vec<Diagnostic>>;
 }
 
+/// One way to describe a spectrum. One implementation, one plugin, whose constructor gets no parameters: what a scene writes is the one parameter
+/// that [`SpectrumMaker::make`] reads.
+pub trait SpectrumMaker: Send + Sync {
+    /// The names by which scenes ask for its spectra: the first text of a parameter of the type `spectrum`, without `/` and `.`, which are for
+    /// files. Empty for one that the language chooses by type word and values.
+    fn names(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// The spectrum that `param` describes, whose further texts are for the maker to read. Values that `role` does not admit are errors
+    /// ([`SpectrumRole::fault`]).
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    fn make(&self, param: &Param, role: SpectrumRole, context: &Context) -> Result<Arc<dyn Spectrum>, Vec<Diagnostic>>;
+}
+
 /// What a plugin may know of the scene around it while it is built.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {

@@ -47,6 +47,20 @@ pub enum SpectrumRole {
     Unbounded,
 }
 
+impl SpectrumRole {
+    /// Why `value` cannot be used so, in words that stand under the underlined text.
+    pub fn fault(self, value: f64) -> Option<&'static str> {
+        match self {
+            Self::Reflectance if !(0.0..=1.0).contains(&value) => Some("a reflectance lies between 0 and 1"),
+            Self::Emission if value < 0.0 => Some("emitted light is not negative"),
+            Self::Unbounded if value < 0.0 => Some("a negative value has no meaning here"),
+            // Spectra are evaluated in single precision.
+            _ if value > f64::from(f32::MAX) => Some("this number is too large"),
+            _ => None,
+        }
+    }
+}
+
 /// Values at the wavelengths of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct SampledSpectrum(pub [f32; N_LAMBDA]);

@@ -1,8 +1,6 @@
 //! What all films share: size, crop and file, the range of wavelengths, linear sRGB, and how that is displayed.
 
 use bhs_colour::{MatchingFunctions, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
-use bhs_core::diagnostics::{Diagnostic, Spanned};
-use bhs_core::layer::Layer;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 
@@ -38,7 +36,6 @@ pub(crate) struct Picture {
     pub crop: [u32; 4],
     pub filename: String,
     pub range: [f32; 2],
-    pub layers: Vec<Layer>,
     observer: MatchingFunctions,
     scale: f32,
     curve: ToneCurve,
@@ -65,7 +62,6 @@ impl Picture {
         let hi = p.get_in("lambdamax", 830.0, 1.0..=1e7, "nm", "greatest recorded wavelength") as f32;
         let exposure = p.get_in("exposure", 0.0, -64.0..=64.0, "stops", "brightness of the PNG");
         let curve = p.get("tonecurve", "clip".to_owned(), "", "of the PNG: `clip`, `reinhard` or `aces`");
-        let layers = read_layers(p);
         if lo >= hi {
             p.reject("lambdamax", "`lambdamax` is not above `lambdamin`", format!("expected more than {lo} nm"));
             return None;
@@ -105,7 +101,6 @@ impl Picture {
             observer: MatchingFunctions::cie_1931(),
             scale: 2f32.powf(exposure as f32),
             curve,
-            layers,
         })
     }
 
@@ -128,23 +123,4 @@ impl Picture {
     pub fn display(&self, channels: &[f32]) -> [f32; 3] {
         std::array::from_fn(|i| srgb_encode(self.curve.apply(channels[i] * self.scale)))
     }
-}
-
-/// The layers that the scene asks for, each once.
-fn read_layers(p: &Params) -> Vec<Layer> {
-    let mut layers = Vec::new();
-    for name in p.get("layers", Vec::<Spanned<String>>::new(), "", "what else is recorded, such as \"sweptangle\"") {
-        match Layer::from_name(&name.value) {
-            Ok(layer) if layers.contains(&layer) => p.report(
-                Diagnostic::error("duplicate-layer", format!("the layer `{}` is named twice", name.value))
-                    .at(name.span, "named again here")
-                    .help("remove one of the two"),
-            ),
-            Ok(layer) => layers.push(layer),
-            Err(help) => {
-                p.report(Diagnostic::error("unknown-layer", "unknown layer of the film").at(name.span, "").help(help));
-            }
-        }
-    }
-    layers
 }

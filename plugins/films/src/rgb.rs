@@ -14,7 +14,8 @@
 //! | `lambdamax` | float | 830 | nm | greatest recorded wavelength |
 //! | `exposure` | float | 0 | stops | brightness of the PNG |
 //! | `tonecurve` | string | "clip" | | of the PNG: `clip`, `reinhard` or `aces` |
-//! | `layers` | string | [] | | what else is recorded: see "Layers" in the language reference |
+//!
+//! What a picture records besides colour (`layers`) is read by the directive of the film.
 //!
 //! ```bhs
 //! Film "rgb" "integer xresolution" 640 "integer yresolution" 480 "float exposure" 1
@@ -24,7 +25,6 @@
 use crate::picture::Picture;
 use bhs_core::Plugin;
 use bhs_core::camera::Film;
-use bhs_core::layer::Layer;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 
@@ -56,10 +56,6 @@ impl Film for Rgb {
 
     fn channels(&self) -> Vec<String> {
         ["R", "G", "B"].map(str::to_owned).to_vec()
-    }
-
-    fn layers(&self) -> &[Layer] {
-        &self.0.layers
     }
 
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]) {

@@ -18,7 +18,6 @@
 use crate::picture::Picture;
 use bhs_core::Plugin;
 use bhs_core::camera::Film;
-use bhs_core::layer::Layer;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 
@@ -65,10 +64,6 @@ impl Film for Spectral {
         // A point would make a layer of what follows it.
         let bucket = |i: usize| format!("S0.{}nm", format!("{:.3}", middle(i)).replace('.', ","));
         ["R", "G", "B"].map(str::to_owned).into_iter().chain((0..self.buckets).map(bucket)).collect()
-    }
-
-    fn layers(&self) -> &[Layer] {
-        &self.picture.layers
     }
 
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]) {

@@ -15,21 +15,25 @@
 //! ```
 
 use crate::planck::{Planck, temperature};
-use crate::{Built, SpectrumPlugin};
-use bhs_core::params::Context;
+use crate::{Built, Maker};
+use bhs_core::Plugin;
+use bhs_core::params::{Context, SpectrumMaker};
 use bhs_core::spectrum::{Spectrum, SpectrumRole};
 use bhs_core::value::Param;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
-pub const PLUGIN: SpectrumPlugin =
-    SpectrumPlugin { name: "blackbody", summary: "Planck's absolute radiance of a black body at a temperature [K]", build };
+pub const PLUGIN: Plugin<dyn SpectrumMaker> = Plugin {
+    name: "blackbody",
+    summary: "Planck's absolute radiance of a black body at a temperature [K]",
+    build: |_| Some(Box::new(Maker(make))),
+};
 
 /// The radiance of a black body.
 #[derive(Debug)]
 struct Blackbody(Planck);
 
-fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
+fn make(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     Ok(Arc::new(Blackbody(Planck::new(temperature(param, role)?))))
 }
 

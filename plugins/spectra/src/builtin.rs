@@ -21,16 +21,20 @@
 use crate::sellmeier::Sellmeier;
 use crate::tabulated::rows;
 use crate::tabulated::{Outside, Tabulated, name_and_outside};
-use crate::{Built, SpectrumPlugin, check_role};
-use bhs_core::diagnostics::{Diagnostic, did_you_mean};
-use bhs_core::params::{Constant, Context};
+use crate::{Built, check_role, unknown};
+use bhs_core::Plugin;
+use bhs_core::diagnostics::Diagnostic;
+use bhs_core::params::{Constant, Context, SpectrumMaker};
 use bhs_core::spectrum::SpectrumRole;
 use bhs_core::value::Param;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
-pub const PLUGIN: SpectrumPlugin =
-    SpectrumPlugin { name: "builtin", summary: "measured paints, lamps, metals, glasses and illuminants by name", build };
+pub const PLUGIN: Plugin<dyn SpectrumMaker> = Plugin {
+    name: "builtin",
+    summary: "measured paints, lamps, metals, glasses and illuminants by name",
+    build: |_| Some(Box::new(Named)),
+};
 
 /// Where the numbers of a built-in spectrum are.
 #[derive(Clone, Copy)]
@@ -97,10 +101,23 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SPECTRA.iter().map(|(name, _)| *name)
 }
 
-fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
+/// The built-in spectra.
+struct Named;
+
+impl SpectrumMaker for Named {
+    fn names(&self) -> Vec<&'static str> {
+        names().collect()
+    }
+
+    fn make(&self, param: &Param, role: SpectrumRole, _: &Context) -> Built {
+        make(param, role)
+    }
+}
+
+fn make(param: &Param, role: SpectrumRole) -> Built {
     let (name, outside) = name_and_outside(param)?;
     let Some((_, data)) = SPECTRA.iter().find(|(n, _)| *n == name.value) else {
-        return Err(vec![unknown(&name.value).at(name.span, "no built-in spectrum has this name")]);
+        return Err(vec![unknown(name, names())]);
     };
     let points = match data {
         Pairs(text) => rows(text).into_iter().map(|[l, v]| (l, v)).collect(),
@@ -126,13 +143,6 @@ fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     };
     check_role(param, name.span, role, [(glass.index(glass.valid_nm[0]), String::new())])?;
     Ok(Arc::new(glass))
-}
-
-/// The error that no built-in spectrum is called `name`.
-fn unknown(name: &str) -> Diagnostic {
-    let help = did_you_mean(name, names()).map(|near| format!("did you mean `{near}`?"));
-    let all = || format!("built-in are {}; a file name ends in `.spd` or contains a `/`", names().collect::<Vec<_>>().join(", "));
-    Diagnostic::error("unknown-spectrum", format!("unknown spectrum `{name}`")).help(help.unwrap_or_else(all))
 }
 
 /// The glass called `glass` in the table of glasses.

@@ -10,16 +10,18 @@
 //! Material "diffuse" "spectrum reflectance" 0.5
 //! ```
 
-use crate::{Built, SpectrumPlugin, check_role, numbers, wrong_value};
-use bhs_core::params::{Constant, Context};
+use crate::{Built, Maker, check_role, numbers, wrong_value};
+use bhs_core::Plugin;
+use bhs_core::params::{Constant, Context, SpectrumMaker};
 use bhs_core::spectrum::SpectrumRole;
 use bhs_core::value::Param;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
-pub const PLUGIN: SpectrumPlugin = SpectrumPlugin { name: "constant", summary: "the same value at all wavelengths", build };
+pub const PLUGIN: Plugin<dyn SpectrumMaker> =
+    Plugin { name: "constant", summary: "the same value at all wavelengths", build: |_| Some(Box::new(Maker(make))) };
 
-fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
+fn make(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     let [value] = numbers(param) else {
         return Err(vec![wrong_value(param, "one number")]);
     };

@@ -15,16 +15,20 @@
 //! ```
 
 use crate::tabulated::{Tabulated, name_and_outside};
-use crate::{Built, SpectrumPlugin, check_role};
+use crate::{Built, Maker, check_role};
+use bhs_core::Plugin;
 use bhs_core::diagnostics::Diagnostic;
-use bhs_core::params::Context;
+use bhs_core::params::{Context, SpectrumMaker};
 use bhs_core::spectrum::SpectrumRole;
 use bhs_core::value::Param;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
-pub const PLUGIN: SpectrumPlugin =
-    SpectrumPlugin { name: "file", summary: "a text file (.spd) with two columns, wavelength [nm] and value", build };
+pub const PLUGIN: Plugin<dyn SpectrumMaker> = Plugin {
+    name: "file",
+    summary: "a text file (.spd) with two columns, wavelength [nm] and value",
+    build: |_| Some(Box::new(Maker(make))),
+};
 
 /// More faults of one file than this are not listed: it is the wrong file.
 const MOST_FAULTS: usize = 4;
@@ -34,7 +38,7 @@ pub fn is_path(text: &str) -> bool {
     text.contains(['/', '.'])
 }
 
-fn build(param: &Param, role: SpectrumRole, context: &Context) -> Built {
+fn make(param: &Param, role: SpectrumRole, context: &Context) -> Built {
     let (path, outside) = name_and_outside(param)?;
     let bytes = context.files.read(&path.value, path.span).map_err(|why| {
         vec![Diagnostic::error("unreadable-file", format!("cannot read `{}`: {why}", path.value)).at(path.span, "")]

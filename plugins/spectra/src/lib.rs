@@ -1,7 +1,8 @@
 //! Spectra: numbers, colours, tables, files, black bodies and measured data.
 //!
-//! Spectra are not built like other plugins, because a scene does not name their kind: the type word and the values of a
-//! parameter tell it. [`Builder`] looks at them and hands the parameter to one of [`ALL`].
+//! A scene does not name the plugin of a spectrum: the type word and the values of a parameter tell it, and a text that is no file is a name that
+//! one of the plugins knows ([`SpectrumMaker::names`]). [`build_with`] looks at them and hands the parameter to the plugin. Type words
+//! (`rgb`, `blackbody`, `tolman`) are the language's: a plugin from outside is asked for by a name.
 //!
 //! | in the scene | plugin |
 //! |---|---|
@@ -16,8 +17,9 @@
 //! Outside its data a table keeps its end value. `"spectrum x" ["paint.spd" "zero-outside"]` makes it zero there, and a
 //! table written in the scene may end with a step to zero (see `table`).
 
-use bhs_core::diagnostics::{Diagnostic, Span};
-use bhs_core::params::{Context, SpectrumSource};
+use bhs_core::Plugin;
+use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
+use bhs_core::params::{Context, Params, SpectrumMaker, SpectrumSource};
 use bhs_core::spectrum::{Spectrum, SpectrumRole};
 use bhs_core::value::{Param, ParamType, Values};
 use std::sync::Arc;
@@ -45,19 +47,17 @@ pub use upsample_table::SmoothSpectra;
 /// A spectrum, or everything that is wrong with its parameter.
 pub type Built = Result<Arc<dyn Spectrum>, Vec<Diagnostic>>;
 
-/// One way to describe a spectrum.
-#[derive(Clone, Copy)]
-pub struct SpectrumPlugin {
-    /// The name in the reference; scenes do not write it.
-    pub name: &'static str,
-    /// One sentence for `bhs plugins`.
-    pub summary: &'static str,
-    /// Builds the spectrum that the parameter describes, for what it is used.
-    pub build: fn(&Param, SpectrumRole, &Context) -> Built,
+/// A way to describe spectra that is a function, and has no names.
+struct Maker(fn(&Param, SpectrumRole, &Context) -> Built);
+
+impl SpectrumMaker for Maker {
+    fn make(&self, param: &Param, role: SpectrumRole, context: &Context) -> Built {
+        (self.0)(param, role, context)
+    }
 }
 
 /// All ways to describe a spectrum.
-pub const ALL: &[SpectrumPlugin] =
+pub const ALL: &[Plugin<dyn SpectrumMaker>] =
     &[blackbody::PLUGIN, builtin::PLUGIN, constant::PLUGIN, file::PLUGIN, rgb::PLUGIN, table::PLUGIN, tolman::PLUGIN];
 
 /// The names of the built-in spectra, in the order of the reference.
@@ -86,19 +86,62 @@ pub struct Builder;
 
 impl SpectrumSource for Builder {
     fn build(&self, param: &Param, role: SpectrumRole, context: &Context) -> Built {
-        let plugin = match (param.ty.value, &param.values) {
-            (ParamType::Rgb, _) => rgb::PLUGIN,
-            (ParamType::Blackbody, _) => blackbody::PLUGIN,
-            (ParamType::Tolman, _) => tolman::PLUGIN,
-            (ParamType::Float, _) => constant::PLUGIN,
-            (_, Values::Numbers { values, .. }) if values.len() <= 1 => constant::PLUGIN,
-            (_, Values::Numbers { .. }) => table::PLUGIN,
-            (_, Values::Strings(s)) if s.first().is_some_and(|s| file::is_path(&s.value)) => file::PLUGIN,
-            (_, Values::Strings(_)) => builtin::PLUGIN,
-            (_, Values::Bools(_)) => return Err(vec![wrong_value(param, "a number, wavelength-value pairs or a name")]),
-        };
-        (plugin.build)(param, role, context)
+        build_with(ALL, param, role, context)
     }
+}
+
+/// The spectrum that `param` describes, made by one of the plugins `all`. Where several have a name, it is the last one's.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn build_with(all: &[Plugin<dyn SpectrumMaker>], param: &Param, role: SpectrumRole, context: &Context) -> Built {
+    let wanted = match (param.ty.value, &param.values) {
+        (ParamType::Rgb, _) => rgb::PLUGIN,
+        (ParamType::Blackbody, _) => blackbody::PLUGIN,
+        (ParamType::Tolman, _) => tolman::PLUGIN,
+        (ParamType::Float, _) => constant::PLUGIN,
+        (_, Values::Numbers { values, .. }) if values.len() <= 1 => constant::PLUGIN,
+        (_, Values::Numbers { .. }) => table::PLUGIN,
+        (_, Values::Strings(s)) if s.first().is_some_and(|s| file::is_path(&s.value)) => file::PLUGIN,
+        (_, Values::Strings(s)) => return build_named(all, s.first(), param, (role, context)),
+        (_, Values::Bools(_)) => return Err(vec![wrong_value(param, "a number, wavelength-value pairs or a name")]),
+    };
+    // One of the same name may stand in its place.
+    let plugin = all.iter().rev().find(|plugin| plugin.name == wanted.name).unwrap_or(&wanted);
+    match maker(plugin, context) {
+        Some(maker) => maker.make(param, role, context),
+        None => Err(vec![wrong_value(param, "a spectrum that can be made")]),
+    }
+}
+
+/// The spectrum called `name`.
+fn build_named(
+    all: &[Plugin<dyn SpectrumMaker>],
+    name: Option<&Spanned<String>>,
+    param: &Param,
+    (role, context): (SpectrumRole, &Context),
+) -> Built {
+    let makers: Vec<_> = all.iter().filter_map(|plugin| maker(plugin, context)).collect();
+    if let Some(maker) = makers.iter().rev().find(|maker| name.is_some_and(|name| maker.names().contains(&name.value.as_str()))) {
+        return maker.make(param, role, context);
+    }
+    let (name, _) = tabulated::name_and_outside(param)?;
+    Err(vec![unknown(name, makers.iter().flat_map(|maker| maker.names()))])
+}
+
+/// What a plugin makes spectra with.
+fn maker(plugin: &Plugin<dyn SpectrumMaker>, context: &Context) -> Option<Box<dyn SpectrumMaker>> {
+    (plugin.build)(&Params::new(Spanned::new(plugin.name.to_owned(), Span::default()), &[], *context))
+}
+
+/// The error that none of the spectra `names` is called `name`.
+fn unknown(name: &Spanned<String>, names: impl Iterator<Item = &'static str>) -> Diagnostic {
+    let names: Vec<&str> = names.collect();
+    let help = did_you_mean(&name.value, names.iter().copied()).map(|near| format!("did you mean `{near}`?"));
+    let all = || format!("built-in are {}; a file name ends in `.spd` or contains a `/`", names.join(", "));
+    Diagnostic::error("unknown-spectrum", format!("unknown spectrum `{}`", name.value))
+        .at(name.span, "no built-in spectrum has this name")
+        .help(help.unwrap_or_else(all))
 }
 
 /// The error that the values of `param` are not what was expected.
@@ -115,18 +158,6 @@ fn numbers(param: &Param) -> &[f64] {
     }
 }
 
-/// Why `value` cannot be used as `role`, in words that stand under the underlined text.
-fn fault(value: f64, role: SpectrumRole) -> Option<&'static str> {
-    match role {
-        SpectrumRole::Reflectance if !(0.0..=1.0).contains(&value) => Some("a reflectance lies between 0 and 1"),
-        SpectrumRole::Emission if value < 0.0 => Some("emitted light is not negative"),
-        SpectrumRole::Unbounded if value < 0.0 => Some("a negative value has no meaning here"),
-        // Spectra are evaluated in single precision.
-        _ if value > f64::from(f32::MAX) => Some("this number is too large"),
-        _ => None,
-    }
-}
-
 /// Refuses the first of `values` that cannot be used as `role`; `place` says where it stands, such as ` at 500 nm`.
 fn check_role(
     param: &Param,
@@ -135,7 +166,7 @@ fn check_role(
     values: impl IntoIterator<Item = (f64, String)>,
 ) -> Result<(), Vec<Diagnostic>> {
     for (value, place) in values {
-        if let Some(cause) = fault(value, role) {
+        if let Some(cause) = role.fault(value) {
             let shown = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
             let message = format!("`{}` is {shown}{place}", param.name.value);
             return Err(vec![Diagnostic::error("bad-value", message).at(span, cause)]);

@@ -19,16 +19,20 @@
 use crate::colorimetry::colorimetry;
 use crate::tabulated::Tabulated;
 use crate::upsample::Sigmoid;
-use crate::{Built, SpectrumPlugin, check_role, numbers, wrong_value};
-use bhs_core::params::{Constant, Context};
+use crate::{Built, Maker, check_role, numbers, wrong_value};
+use bhs_core::Plugin;
+use bhs_core::params::{Constant, Context, SpectrumMaker};
 use bhs_core::spectrum::{Spectrum, SpectrumRole};
 use bhs_core::value::Param;
 use std::fmt;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
-pub const PLUGIN: SpectrumPlugin =
-    SpectrumPlugin { name: "rgb", summary: "a colour in linear sRGB, raised to a smooth spectrum", build };
+pub const PLUGIN: Plugin<dyn SpectrumMaker> = Plugin {
+    name: "rgb",
+    summary: "a colour in linear sRGB, raised to a smooth spectrum",
+    build: |_| Some(Box::new(Maker(make))),
+};
 
 /// `scale` times a smooth spectrum, times an illuminant if there is one.
 struct Rgb {
@@ -37,7 +41,7 @@ struct Rgb {
     illuminant: Option<&'static Tabulated>,
 }
 
-fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
+fn make(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     let &[r, g, b] = numbers(param) else {
         return Err(vec![wrong_value(param, "three numbers: red, green and blue")]);
     };

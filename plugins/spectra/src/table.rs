@@ -12,18 +12,22 @@
 //! ```
 
 use crate::tabulated::{Outside, Tabulated};
-use crate::{Built, SpectrumPlugin, check_role, numbers, wrong_value};
+use crate::{Built, Maker, check_role, numbers, wrong_value};
+use bhs_core::Plugin;
 use bhs_core::diagnostics::Diagnostic;
-use bhs_core::params::Context;
+use bhs_core::params::{Context, SpectrumMaker};
 use bhs_core::spectrum::SpectrumRole;
 use bhs_core::value::Param;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
-pub const PLUGIN: SpectrumPlugin =
-    SpectrumPlugin { name: "table", summary: "pairs of wavelength [nm] and value, joined by straight lines", build };
+pub const PLUGIN: Plugin<dyn SpectrumMaker> = Plugin {
+    name: "table",
+    summary: "pairs of wavelength [nm] and value, joined by straight lines",
+    build: |_| Some(Box::new(Maker(make))),
+};
 
-fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
+fn make(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     let (pairs, rest) = numbers(param).as_chunks::<2>();
     if pairs.is_empty() || !rest.is_empty() {
         return Err(vec![wrong_value(param, "one number, or pairs of wavelength [nm] and value")]);

@@ -20,15 +20,19 @@
 //! ```
 
 use crate::planck::{Planck, temperature};
-use crate::{Built, SpectrumPlugin};
-use bhs_core::params::Context;
+use crate::{Built, Maker};
+use bhs_core::Plugin;
+use bhs_core::params::{Context, SpectrumMaker};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
 use bhs_core::value::Param;
 use std::sync::Arc;
 
 /// The entry in the list of plugins.
-pub const PLUGIN: SpectrumPlugin =
-    SpectrumPlugin { name: "tolman", summary: "a black body in equilibrium near a hole, by its temperature far away [K]", build };
+pub const PLUGIN: Plugin<dyn SpectrumMaker> = Plugin {
+    name: "tolman",
+    summary: "a black body in equilibrium near a hole, by its temperature far away [K]",
+    build: |_| Some(Box::new(Maker(make))),
+};
 
 /// The radiance of a black body whose temperature follows the clocks at its place.
 #[derive(Debug)]
@@ -37,7 +41,7 @@ struct Tolman {
     temperature: f64,
 }
 
-fn build(param: &Param, role: SpectrumRole, _: &Context) -> Built {
+fn make(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     Ok(Arc::new(Tolman { temperature: temperature(param, role)? }))
 }
 

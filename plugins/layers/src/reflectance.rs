@@ -1,34 +1,26 @@
-//! The albedo layer: reflectances as the film's colours, the same way for every ray, so that there is no noise of wavelengths in it.
+//! Reflectances of materials as the film's colours under D65.
 
-use super::Value;
 use bhs_core::camera::Film;
-use bhs_core::geometry::SurfaceGeometry;
 use bhs_core::material::{Material, Shading};
-use bhs_core::observer::Observer;
-use bhs_core::ray::SurfaceHit;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
-use bhs_engine::scene::Scene;
+use bhs_engine::layer::Value;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 /// Sets of wavelengths that stand for the film's range.
 const WAVELENGTH_SETS: usize = 8;
 
-/// Turns reflectances into the film's colours under D65.
-pub struct AlbedoColor {
+/// Turns reflectances into the film's colours.
+pub struct Colors {
     wavelengths: [SampledWavelengths; WAVELENGTH_SETS],
     /// The colour of reflectance 1 at each wavelength alone; all of them together are white.
     colors: [[Value; N_LAMBDA]; WAVELENGTH_SETS],
-    /// Of each uniform material of the scene once.
-    tables: Vec<Table>,
-    /// Number of the table of each geometry, if its material has one.
-    table_of: Vec<Option<u32>>,
 }
 
-impl AlbedoColor {
-    /// For the surfaces of `scene`, in the colours of `film`.
-    pub fn new(scene: &Scene, film: &dyn Film) -> Self {
+impl Colors {
+    /// In the colours of `film`.
+    pub fn new(film: &dyn Film) -> Self {
         let [lo, hi] = film.lambda_range();
         let set = |i| SampledWavelengths::visible((i as f32 + 0.5) / (WAVELENGTH_SETS * N_LAMBDA) as f32, lo, hi);
         let wavelengths: [SampledWavelengths; WAVELENGTH_SETS] = std::array::from_fn(set);
@@ -44,39 +36,16 @@ impl AlbedoColor {
         let mut white = [0.0; 3];
         colors.iter().flatten().for_each(|color| (0..3).for_each(|c| white[c] += color[c]));
         let colors = colors.map(|set| set.map(|color| std::array::from_fn(|c| color[c] / white[c])));
-
-        let mut uniform: Vec<&Arc<dyn Material>> = Vec::new();
-        let table_of = scene.shapes.iter().map(|shape| {
-            let material = Some(&shape.material).filter(|material| material.is_uniform())?;
-            let known = uniform.iter().position(|other| Arc::ptr_eq(other, material));
-            Some(known.unwrap_or_else(|| {
-                uniform.push(material);
-                uniform.len() - 1
-            }) as u32)
-        });
-        let table_of = table_of.collect();
-        let tables = uniform.iter().map(|_| Table::default()).collect();
-        Self { wavelengths, colors, tables, table_of }
+        Self { wavelengths, colors }
     }
 
-    /// The albedo of the surface that a ray has hit, as its light arrives: reflectance at the wavelengths there, `shift` times those that are
-    /// seen.
-    pub fn of(&self, scene: &Scene, at: (&SurfaceHit, &SurfaceGeometry, &Observer), shift: f64) -> Value {
-        let (hit, surface, observer) = at;
-        match self.table_of[hit.geometry as usize].filter(|_| shift == 1.0) {
-            Some(table) => {
-                let material = &*scene.shapes[hit.geometry as usize].material;
-                let cos = Scene::cos_to_viewer(observer, hit, surface);
-                self.tables[table as usize].at(cos, |wo| self.color(material, surface.uv, wo, 1.0))
-            }
-            // Which wavelengths the vertex has does not matter: they are replaced.
-            None => scene
-                .vertex(*hit, &self.wavelengths[0])
-                .map_or([0.0; 3], |vertex| self.color(vertex.material, vertex.shading.uv, vertex.wo, shift)),
-        }
+    /// Any of the wavelengths.
+    pub fn some_wavelengths(&self) -> &SampledWavelengths {
+        &self.wavelengths[0]
     }
 
-    fn color(&self, material: &dyn Material, uv: Vec2, wo: Vec3, shift: f64) -> Value {
+    /// The colour of a material seen from `wo` (shading frame), at `shift` times the wavelengths that are seen.
+    pub fn of(&self, material: &dyn Material, uv: Vec2, wo: Vec3, shift: f64) -> Value {
         let mut sum = [0.0; 3];
         for (lambda, colors) in self.wavelengths.iter().zip(&self.colors) {
             let at = Shading { uv, lambda_nm: lambda.at(shift as f32) };
@@ -96,7 +65,7 @@ const AROUND: u32 = 16;
 
 /// The albedo of a uniform material by the angle from which it is seen, for both of its sides. Entries are made when they are first asked for,
 /// and are the same whoever does.
-struct Table([[OnceLock<Value>; STEPS + 1]; 2]);
+pub struct Table([[OnceLock<Value>; STEPS + 1]; 2]);
 
 impl Default for Table {
     fn default() -> Self {
@@ -106,7 +75,7 @@ impl Default for Table {
 
 impl Table {
     /// The albedo seen from where the cosine to the shading normal is `cos`; `color`: that seen from a direction.
-    fn at(&self, cos: f32, color: impl Fn(Vec3) -> Value) -> Value {
+    pub fn at(&self, cos: f32, color: impl Fn(Vec3) -> Value) -> Value {
         let side = &self.0[usize::from(cos < 0.0)];
         let along = cos.abs().min(1.0) * STEPS as f32;
         let step = (along as usize).min(STEPS - 1);
@@ -130,24 +99,63 @@ fn around(cos: f32, color: impl Fn(Vec3) -> Value) -> Value {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
-    use crate::lang::{self, Overrides, SourceMap};
-    use crate::registry::Registry;
+    use bhs_core::diagnostics::{Span, Spanned};
+    use bhs_core::params::{Context, Files, Nameless, Params};
+    use bhs_core::value::{Param, ParamType, Values};
+    use bhs_spectra::Builder;
+    use glam::DAffine3;
+
+    struct NoFiles;
+
+    impl Files for NoFiles {
+        fn read(&self, _: &str, _: Span) -> Result<Vec<u8>, String> {
+            Err("no file is read here".into())
+        }
+    }
+
+    /// A scene of nothing.
+    pub fn context() -> Context<'static> {
+        Context {
+            files: &NoFiles,
+            spectra: &Builder,
+            named: &Nameless,
+            world_from_object: DAffine3::IDENTITY,
+            reverse_orientation: false,
+            resolution: [1, 1],
+            lambda_range: [360.0, 830.0],
+            seed: 0,
+        }
+    }
+
+    fn spanned<T>(value: T) -> Spanned<T> {
+        Spanned::new(value, Span::default())
+    }
+
+    fn param(ty: ParamType, name: &str, values: Values) -> Param {
+        Param { ty: spanned(ty), name: spanned(name.to_owned()), values, span: Span::default() }
+    }
+
+    fn numbers(ty: ParamType, name: &str, values: &[f64]) -> Param {
+        param(ty, name, Values::Numbers { values: values.to_vec(), whole: false })
+    }
 
     /// The largest difference between a table and its material, per material: of the colour from any direction, and of its mean around the
     /// normal.
-    fn differences(material: &str) -> [f64; 2] {
-        let text = format!("WorldBegin LightSource \"infinite\" {material} Shape \"sphere\"");
-        let built = lang::load_text("test.bhs", &text, &Registry::builtin(), &Overrides::default(), &mut SourceMap::new());
-        let Ok(built) = built else { panic!("{material}") };
-        let colors = AlbedoColor::new(&built.scene, &*built.film);
-        let material = &*built.scene.shapes[0].material;
-        let exact = |wo| colors.color(material, Vec2::ZERO, wo, 1.0);
+    fn differences(name: &str, params: &[Param]) -> [f64; 2] {
+        let film = bhs_films::ALL.iter().find(|film| film.name == "rgb").expect("it is listed");
+        let film = (film.build)(&Params::new(spanned("rgb".to_owned()), &[], context())).expect("it needs nothing");
+        let material = bhs_materials::ALL.iter().find(|material| material.name == name).expect("it is listed");
+        let params = Params::new(spanned(name.to_owned()), params, context());
+        let material = (material.build)(&params).expect("without fault");
+        assert!(params.finish().0.is_empty() && material.is_uniform(), "{name}");
+        let (colors, table) = (Colors::new(&*film), Table::default());
+        let exact = |wo| colors.of(&*material, Vec2::ZERO, wo, 1.0);
         let mut worst = [0.0f64; 2];
         for i in 0..400 {
             let cos = (0.02 + 0.98 * (i as f32 + 0.3) / 400.0).copysign(if i % 2 == 0 { 1.0 } else { -1.0 });
-            let found = colors.tables[colors.table_of[0].expect("a table") as usize].at(cos, exact);
+            let found = table.at(cos, exact);
             let (sin, count) = ((1.0 - cos * cos).sqrt(), 64);
             let mut mean = [0.0; 3];
             for k in 0..count {
@@ -165,18 +173,24 @@ mod tests {
 
     #[test]
     fn tables_have_the_albedo_of_their_materials() {
-        let gold = "Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"";
+        let red = numbers(ParamType::Rgb, "reflectance", &[0.7, 0.2, 0.1]);
+        let named =
+            |name: &str, spectrum: &str| param(ParamType::Spectrum, name, Values::Strings(vec![spanned(spectrum.to_owned())]));
+        let gold = [named("eta", "metal-Au-eta"), named("k", "metal-Au-k")];
+        let float = |name: &str, value: f64| numbers(ParamType::Float, name, &[value]);
+        let rough = |params: &[Param]| [&gold[..], params].concat();
+        let alpha = [float("roughness", 0.15), param(ParamType::Bool, "remaproughness", Values::Bools(vec![false]))];
         // Of rough metal, the estimate from sixteen directions varies around the normal where it is seen at grazing angles; a table has its mean.
         let cases = [
-            ("Material \"diffuse\" \"rgb reflectance\" [0.7 0.2 0.1]", [1e-6, 1e-6]),
-            ("Material \"mirror\" \"float reflectance\" 0.8", [1e-6, 1e-6]),
-            (gold, [1e-3, 1e-3]),
-            (&format!("{gold} \"float roughness\" 0.15 \"bool remaproughness\" false"), [0.06, 5e-3]),
-            (&format!("{gold} \"float roughness\" 0.6"), [0.06, 5e-3]),
-            ("Material \"coateddiffuse\" \"rgb reflectance\" [0.7 0.2 0.1]", [1e-3, 1e-3]),
+            ("diffuse", vec![red.clone()], [1e-6, 1e-6]),
+            ("mirror", vec![float("reflectance", 0.8)], [1e-6, 1e-6]),
+            ("conductor", gold.to_vec(), [1e-3, 1e-3]),
+            ("conductor", rough(&alpha), [0.06, 5e-3]),
+            ("conductor", rough(&[float("roughness", 0.6)]), [0.06, 5e-3]),
+            ("coateddiffuse", vec![red], [1e-3, 1e-3]),
         ];
-        for (material, [one, mean]) in cases {
-            let found = differences(material);
+        for (material, params, [one, mean]) in cases {
+            let found = differences(material, &params);
             assert!(found[0] < one && found[1] < mean, "{material}: {found:?}");
         }
     }

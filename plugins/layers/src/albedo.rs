@@ -1,0 +1,95 @@
+//! `albedo`: the material's reflectance at the surface (linear sRGB, as seen under D65), at the wavelengths that the surface sees: reflected and
+//! refracted light together.
+//!
+//! Reflectances become the film's colours in the same way for every ray, so that there is no noise of wavelengths in them.
+//!
+//! ```bhs
+//! Film "rgb" "string layers" "albedo"
+//! WorldBegin
+//! ```
+
+use crate::reflectance::{Colors, Table};
+use bhs_core::Plugin;
+use bhs_core::camera::Film;
+use bhs_core::material::Material;
+use bhs_core::params::Params;
+use bhs_engine::layer::{Display, Layer, LayerFormat, Value, VisibleSurface};
+use bhs_engine::scene::Scene;
+use std::sync::Arc;
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Layer> = Plugin { name: "albedo", summary: "reflectance of the surface, as seen under D65", build };
+
+/// The layer before it knows its scene: without values.
+struct Albedo;
+
+fn build(_: &Params) -> Option<Box<dyn Layer>> {
+    Some(Box::new(Albedo))
+}
+
+/// The layer in a scene.
+struct AlbedoOfScene {
+    colors: Colors,
+    /// Of each uniform material of the scene once.
+    tables: Vec<Table>,
+    /// Number of the table of each geometry, if its material has one.
+    table_of: Vec<Option<u32>>,
+}
+
+impl AlbedoOfScene {
+    fn new(scene: &Scene, film: &dyn Film) -> Self {
+        let mut uniform: Vec<&Arc<dyn Material>> = Vec::new();
+        let table_of = scene.shapes.iter().map(|shape| {
+            let material = Some(&shape.material).filter(|material| material.is_uniform())?;
+            let known = uniform.iter().position(|other| Arc::ptr_eq(other, material));
+            Some(known.unwrap_or_else(|| {
+                uniform.push(material);
+                uniform.len() - 1
+            }) as u32)
+        });
+        let table_of = table_of.collect();
+        let tables = uniform.iter().map(|_| Table::default()).collect();
+        Self { colors: Colors::new(film), tables, table_of }
+    }
+}
+
+const FORMAT: LayerFormat = LayerFormat::new(&["Albedo.R", "Albedo.G", "Albedo.B"], "").shown(Display::Reflectance);
+
+impl Layer for Albedo {
+    fn format(&self) -> LayerFormat {
+        FORMAT
+    }
+
+    fn for_render(&self, scene: &Scene, film: &dyn Film) -> Option<Box<dyn Layer>> {
+        Some(Box::new(AlbedoOfScene::new(scene, film)))
+    }
+
+    fn value(&self, _: &VisibleSurface) -> Option<Value> {
+        None
+    }
+}
+
+impl Layer for AlbedoOfScene {
+    fn format(&self) -> LayerFormat {
+        FORMAT
+    }
+
+    fn value(&self, seen: &VisibleSurface) -> Option<Value> {
+        let (hit, surface, observer) = (seen.hit()?, seen.surface()?, seen.observer()?);
+        // Wavelengths at the surface over those that are seen.
+        let shift = observer.ratio(hit.direction) / seen.camera_ratio;
+        let value = match self.table_of[hit.geometry as usize].filter(|_| shift == 1.0) {
+            Some(table) => {
+                let material = &*seen.scene.shapes[hit.geometry as usize].material;
+                let cos = Scene::cos_to_viewer(observer, hit, surface);
+                self.tables[table as usize].at(cos, |wo| self.colors.of(material, surface.uv, wo, 1.0))
+            }
+            // Which wavelengths the vertex has does not matter: they are replaced.
+            None => seen
+                .scene
+                .vertex(*hit, self.colors.some_wavelengths())
+                .map_or([0.0; 3], |vertex| self.colors.of(vertex.material, vertex.shading.uv, vertex.wo, shift)),
+        };
+        Some(value)
+    }
+}

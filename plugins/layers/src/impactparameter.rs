@@ -1,0 +1,34 @@
+//! `impactparameter`: b = L/E of the orbit; the critical one of a plain hole is 2.598 rs.
+//!
+//! ```bhs
+//! Film "rgb" "string layers" "impactparameter"
+//! WorldBegin
+//! ```
+
+use crate::orbit::{Bending, impact_parameter};
+use bhs_core::Plugin;
+use bhs_core::params::Params;
+use bhs_engine::layer::{Layer, LayerFormat, Value, VisibleSurface, scalar};
+
+/// The entry of this file in the crate's list.
+pub const PLUGIN: Plugin<dyn Layer> = Plugin { name: "impactparameter", summary: "impact parameter of the orbit", build };
+
+struct ImpactParameter;
+
+fn build(_: &Params) -> Option<Box<dyn Layer>> {
+    Some(Box::new(ImpactParameter))
+}
+
+impl Layer for ImpactParameter {
+    fn format(&self) -> LayerFormat {
+        LayerFormat::new(&["impactparameter"], "scene")
+    }
+
+    fn value(&self, seen: &VisibleSurface) -> Option<Value> {
+        match Bending::of(seen) {
+            Bending::Straight => Some(scalar(0.0)),
+            Bending::Hole(hole) => Some(scalar(impact_parameter(seen, &hole))),
+            Bending::Otherwise => None,
+        }
+    }
+}
