@@ -12,6 +12,7 @@ use crate::tolerance::Tolerance;
 use crate::tracing::driver::follow;
 use crate::tracing::extent::{Extent, Precision};
 use crate::tracing::places::Start;
+use crate::tracing::surfaces::{BothSides, Surfaces};
 use arrayvec::ArrayVec;
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::ray::{Ray, RayEnd};
@@ -71,14 +72,18 @@ impl Method {
     }
 }
 
+/// A world and its surfaces.
+type Filled<'w> = (&'w World, &'w BothSides<'w>);
+
 impl Tracer {
     /// Follows each of `rays`.
     pub fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.with_setup(world, |setup| match setup {
             Setup::Straight => Straight.trace_all(world, rays, ends),
             _ => {
+                let surfaces = Surfaces::of(world);
                 for (rays, ends) in rays.chunks(LANES).zip(ends.chunks_mut(LANES)) {
-                    self.follow(setup, world, rays, None, ends);
+                    self.follow(setup, (world, &surfaces), rays, None, ends);
                 }
             }
         });
@@ -90,9 +95,9 @@ impl Tracer {
             if matches!(setup, Setup::Straight) {
                 return Straight.polyline(world, ray);
             }
-            let mut points = Vec::new();
-            let mut end = RayEnd::NONE;
-            self.follow(setup, world, std::slice::from_ref(ray), Some(&mut points), std::slice::from_mut(&mut end));
+            let (mut points, mut end) = (Vec::new(), RayEnd::NONE);
+            let (one, end_of_one) = (std::slice::from_ref(ray), std::slice::from_mut(&mut end));
+            self.follow(setup, (world, &Surfaces::of(world)), one, Some(&mut points), end_of_one);
             (end, points)
         })
     }
@@ -103,7 +108,7 @@ impl Tracer {
     }
 
     /// Follows up to [`LANES`] rays side by side.
-    fn follow(&self, setup: &Setup<'_>, world: &World, rays: &[Ray], watch: Option<&mut Vec<DVec3>>, ends: &mut [RayEnd]) {
+    fn follow(&self, setup: &Setup<'_>, world: Filled<'_>, rays: &[Ray], watch: Option<&mut Vec<DVec3>>, ends: &mut [RayEnd]) {
         match (setup, rays) {
             (Setup::General(surroundings, depths, extent), _) => {
                 self.follow_general((surroundings, depths), extent, world, rays, (watch, ends));
@@ -116,7 +121,7 @@ impl Tracer {
     fn follow_side_by_side<F: Refracted>(
         &self,
         setup: &Setup<'_>,
-        world: &World,
+        world: Filled<'_>,
         rays: &[Ray],
         watch: Option<&mut Vec<DVec3>>,
         ends: &mut [RayEnd],
@@ -127,26 +132,26 @@ impl Tracer {
             Setup::Straight | Setup::General(..) => return,
         };
         let (gap, error) = self.precisions::<F>(extent, rays, center);
-        let start = Start::new(&rays, rays.len(), |i| &rays[i], gap, F::splat(f64::INFINITY));
+        let start = Start::new(world.1, &rays, rays.len(), |i| &rays[i], (gap, F::splat(f64::INFINITY)));
         let (x, d) = (start.origin, Vector::from_fn(|i| rays[i.min(rays.len() - 1)].direction));
         let max_steps = self.max_steps;
         match (setup, self.method) {
             (Setup::Spherical(setting, _), Method::RungeKutta(step)) => {
-                follow(world, &start, &mut setting.launch(x, d).by(RungeKutta(step)), max_steps, watch, ends);
+                follow(world.0, &start, &mut setting.launch(x, d).by(RungeKutta(step)), max_steps, watch, ends);
             }
             (Setup::Spherical(setting, _), Method::Exact(_)) => {
                 let launch = setting.launch(x, d);
                 let form = |i: usize| ClosedForm::new(setting.hole.rs, launch.at.u.lane(i), launch.at.du.lane(i));
                 let forms: ArrayVec<ClosedForm, LANES> = (0..rays.len()).map(form).collect();
-                follow(world, &start, &mut launch.by(ClosedForms(&forms)), max_steps, watch, ends);
+                follow(world.0, &start, &mut launch.by(ClosedForms(&forms)), max_steps, watch, ends);
             }
             (Setup::Spherical(setting, _), _) => {
-                follow(world, &start, &mut setting.launch(x, d).by_series(error), max_steps, watch, ends);
+                follow(world.0, &start, &mut setting.launch(x, d).by_series(error), max_steps, watch, ends);
             }
             (Setup::Index(setting), method) => {
                 let course = setting.rays(x, d, start.far, error);
                 let mut course = if let Method::RungeKutta(step) = method { course.by_runge_kutta(step) } else { course };
-                follow(world, &start, &mut course, max_steps, watch, ends);
+                follow(world.0, &start, &mut course, max_steps, watch, ends);
             }
             _ => {}
         }
@@ -157,17 +162,17 @@ impl Tracer {
         &self,
         told: (&Surroundings<'_>, &Depths),
         extent: &Extent,
-        world: &World,
+        world: Filled<'_>,
         rays: &[Ray],
         (mut watch, ends): (Option<&mut Vec<DVec3>>, &mut [RayEnd]),
     ) {
         for (ray, end) in rays.iter().zip(ends) {
             let one = std::slice::from_ref(ray);
             let (gap, error) = self.precisions::<f64>(extent, one, told.0.center());
-            let start = Start::new(&one, 1, |_| ray, gap, f64::INFINITY);
+            let start = Start::new(world.1, &one, 1, |_| ray, (gap, f64::INFINITY));
             let mut course = GeneralRay::new(told, ray.origin, ray.direction, ray.side, error);
             let end = std::slice::from_mut(end);
-            follow(world, &start, &mut course, self.max_steps, watch.as_deref_mut(), end);
+            follow(world.0, &start, &mut course, self.max_steps, watch.as_deref_mut(), end);
         }
     }
 

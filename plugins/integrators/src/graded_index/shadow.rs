@@ -2,6 +2,7 @@
 
 use crate::graded_index::course::GradedSetup;
 use crate::tracing::shadow::{ERROR, Sought, close};
+use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::ray::Cost;
 use bhs_core::spacetime::Class;
@@ -29,6 +30,7 @@ pub fn occluded_in(
     ends: impl Fn(&ShadowRay) -> (f64, f64),
     occluded: &mut [bool],
 ) -> Cost {
+    let surfaces = Surfaces::of(world);
     let mut cost = Cost::default();
     for (rays, occluded) in shadow_rays.chunks(LANES).zip(occluded.chunks_mut(LANES)) {
         let sought = Sought::<Lanes>::new(rays, |ray| {
@@ -38,7 +40,7 @@ pub fn occluded_in(
             ((sigma_end - close(ray) / n).max(0.0), gap)
         });
         let mut course = setting.rays(sought.x, sought.d, sought.far, Lanes::splat(ERROR));
-        cost += sought.occluded(world, rays, &mut course, occluded);
+        cost += sought.occluded((world, &surfaces), rays, &mut course, occluded);
     }
     cost
 }

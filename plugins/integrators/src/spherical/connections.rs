@@ -12,6 +12,7 @@ use crate::straight::Straight;
 use crate::tolerance::Tolerance;
 use crate::tracing::extent::Extent;
 use crate::tracing::shadow::{ERROR, Sought, close};
+use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::params::Params;
 use bhs_core::ray::Cost;
@@ -114,11 +115,12 @@ pub(crate) fn occluded_around(
     occluded: &mut [bool],
 ) -> Cost {
     let setting = SphericalSetup::new(hole, Extent::of(world).around(hole.center));
+    let surfaces = Surfaces::of(world);
     let mut cost = Cost::default();
     for (rays, occluded) in shadow_rays.chunks(LANES).zip(occluded.chunks_mut(LANES)) {
         let sought = Sought::<Lanes>::new(rays, |ray| (limit(hole, ray), gap(ray)));
         let mut course = setting.launch(sought.x, sought.d).by_series(Lanes::splat(ERROR));
-        cost += sought.occluded(world, rays, &mut course, occluded);
+        cost += sought.occluded((world, &surfaces), rays, &mut course, occluded);
     }
     cost
 }

@@ -4,7 +4,6 @@ use crate::tracing::arc::Arc;
 use crate::tracing::packet::Packet;
 use crate::tracing::packet::hits::Hits;
 use crate::tracing::places::{Start, side};
-use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::set_bits;
 use bhs_core::ray::{Arrival, Cost, RayEnd};
 use bhs_core::real::{Mask, Real, Vector};
@@ -80,12 +79,11 @@ pub fn follow<F: Real, C: Course<F>>(
     ends: &mut [RayEnd],
 ) -> Reached<F> {
     let present = F::Mask::of_bits((1_u32 << ends.len()) - 1);
-    let surfaces = Surfaces::of(world);
     // Where they end is written for each of them.
     for end in &mut *ends {
         end.cost = Cost::default();
     }
-    let mut packet = Packet::<F>::new(world, &surfaces, start, watch, ends);
+    let mut packet = Packet::<F>::new(world, start, watch, ends);
     let (falls, lost) = course.begin();
     packet.end(present & falls, Arrival::Captured);
     packet.go(course, present & !(falls | lost), max_steps);

@@ -16,4 +16,4 @@ pub mod places;
 pub mod polynomial_arc;
 mod resolve;
 pub mod shadow;
-mod surfaces;
+pub mod surfaces;

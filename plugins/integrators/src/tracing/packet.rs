@@ -71,13 +71,7 @@ pub(crate) struct Packet<'w, F: Real> {
 impl<'w, F: Real> Packet<'w, F> {
     /// The rays of `start`, of which `ends` has as many places.
     #[inline(always)]
-    pub fn new(
-        world: &'w World,
-        surfaces: &'w [Option<Surfaces<'w>>; 2],
-        start: &'w Start<'w, F>,
-        mut watch: Option<&'w mut Vec<DVec3>>,
-        ends: &'w mut [RayEnd],
-    ) -> Self {
+    pub fn new(world: &'w World, start: &'w Start<'w, F>, mut watch: Option<&'w mut Vec<DVec3>>, ends: &'w mut [RayEnd]) -> Self {
         let c = F::splat;
         let mut departures = [None; LANES];
         for i in set_bits(start.departing) {
@@ -88,7 +82,7 @@ impl<'w, F: Real> Packet<'w, F> {
         }
         Self {
             world,
-            surfaces: surfaces.each_ref().map(Option::as_ref),
+            surfaces: start.surfaces.each_ref().map(Option::as_ref),
             start,
             far: start.far,
             gap: start.gap,

@@ -1,5 +1,6 @@
 //! Where rays start, and points of their curves.
 
+use crate::tracing::surfaces::BothSides;
 use bhs_core::ray::Ray;
 use bhs_core::real::{Real, Vector};
 use bhs_core::spacetime::Side;
@@ -29,6 +30,8 @@ impl StartingRays for &[Ray] {
 pub struct Start<'r, F> {
     /// The rays.
     pub rays: &'r dyn StartingRays,
+    /// The surfaces of both sides.
+    pub surfaces: &'r BothSides<'r>,
     /// Their origins, as numbers side by side; lanes without a ray repeat the last one.
     pub origin: Vector<F>,
     /// Bits of those that start on the far side.
@@ -42,16 +45,22 @@ pub struct Start<'r, F> {
 }
 
 impl<'r, F: Real> Start<'r, F> {
-    /// That of `rays`, each of which `ray` gives by its number below `count`.
+    /// That of `rays` among `surfaces`, each of which `ray` gives by its number below `count`.
     #[inline(always)]
-    pub fn new<'a>(rays: &'r dyn StartingRays, count: usize, ray: impl Fn(usize) -> &'a Ray, gap: F, limit: F) -> Self {
+    pub fn new<'a>(
+        surfaces: &'r BothSides<'r>,
+        rays: &'r dyn StartingRays,
+        count: usize,
+        ray: impl Fn(usize) -> &'a Ray,
+        (gap, limit): (F, F),
+    ) -> Self {
         let (mut far, mut departing) = (0, 0);
         for i in 0..count {
             let Ray { side, leaving, .. } = ray(i);
             far |= u32::from(*side == Side::Far) << i;
             departing |= u32::from(leaving.is_some()) << i;
         }
-        Self { rays, origin: Vector::from_fn(|i| ray(i.min(count - 1)).origin), far, departing, gap, limit }
+        Self { rays, surfaces, origin: Vector::from_fn(|i| ray(i.min(count - 1)).origin), far, departing, gap, limit }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::tracing::driver::{Course, follow};
 use crate::tracing::places::{Start, StartingRays};
+use crate::tracing::surfaces::BothSides;
 use bhs_core::geometry::Segment;
 use bhs_core::intersector::{Ends, Primitive};
 use bhs_core::lanes::LANES;
@@ -70,8 +71,14 @@ impl<F: Real> Sought<F> {
     }
 
     /// Whether each of `rays` is occluded, which follow `course`, written to the places of `occluded`; and what that took.
-    pub fn occluded<C: Course<F>>(&self, world: &World, rays: &[ShadowRay], course: &mut C, occluded: &mut [bool]) -> Cost {
-        let start = Start::new(&rays, rays.len(), |i| &rays[i].start, self.gap, self.limit);
+    pub fn occluded<C: Course<F>>(
+        &self,
+        (world, surfaces): (&World, &BothSides<'_>),
+        rays: &[ShadowRay],
+        course: &mut C,
+        occluded: &mut [bool],
+    ) -> Cost {
+        let start = Start::new(surfaces, &rays, rays.len(), |i| &rays[i].start, (self.gap, self.limit));
         let mut ends = [RayEnd::NONE; LANES];
         let ends = &mut ends[..rays.len()];
         let reached = follow(world, &start, course, MOST_STEPS, None, ends);

@@ -80,7 +80,7 @@ impl<F: Real> Hits<F> {
     }
 
     /// The chord of ray number `i` has met `hit`: the part `segment` of it, which begins at its parameter `enter`.
-    #[inline]
+    #[inline(always)]
     fn note(&mut self, world: &World, i: usize, segment: Segment, enter: f64, hit: PrimitiveHit) {
         self.touched |= 1 << i;
         self.t[i] = enter + hit.t;
@@ -180,6 +180,7 @@ impl<F: Real> Packet<'_, F> {
     }
 
     /// What has become of what chords have met: which rays have arrived there.
+    #[inline(always)]
     pub(crate) fn resolve_hits<A: Arc<F>>(&mut self, piece: &A, hits: &Hits<F>) -> F::Mask {
         let plain = self.plain_hits(piece, hits);
         let mut arrived = plain;
@@ -210,7 +211,7 @@ impl<F: Real> Packet<'_, F> {
 
     /// Resolves those hits on facets that are as most are: ahead of where the chord begins, near to where the curve meets the facet itself. Bits of
     /// the rays that had such.
-    #[inline]
+    #[inline(always)]
     fn plain_hits<A: Arc<F>>(&mut self, piece: &A, hits: &Hits<F>) -> u32 {
         let c = F::splat;
         let Asked { from, to, way, length, .. } = &hits.asked;
