@@ -15,9 +15,11 @@ use glam::{DMat3, DVec3};
 use std::fmt::Debug;
 use std::sync::Arc;
 
+mod kerr;
 mod metric;
 mod stretch;
 
+pub use kerr::Kerr;
 pub use metric::{Fields, Inverse, Metric, stationary};
 pub use stretch::Stretch;
 
@@ -137,6 +139,8 @@ pub enum Class<'a> {
     Flat,
     /// Orbits in planes through one centre, drawn with the areal radius: Schwarzschild and Reissner-Nordstroem.
     Spherical(Spherical),
+    /// Orbits around a hole that spins, charged or not: separable in its oblate chart.
+    Kerr(Kerr),
     /// Rays of a refractive index in the isotropic chart: several extremal holes, wormholes.
     Index(&'a dyn GradedIndex),
     /// Whatever gives its metric: by Hamilton's equations.

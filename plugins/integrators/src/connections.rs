@@ -31,7 +31,7 @@ impl AnyConnections {
             Class::Spherical(hole) if hole.charge_squared == 0.0 => Some(Self::Spherical(SphericalConnections { turns, chord })),
             Class::Spherical(hole) => Some(Self::Charged(ChargedConnections::new(&hole, tolerance, turns))),
             Class::Index(_) => GradedConnections::new(spacetime, tolerance, turns).map(Self::Index),
-            Class::Flat | Class::General(_) => None,
+            Class::Flat | Class::Kerr(_) | Class::General(_) => None,
         }
     }
 

@@ -83,7 +83,7 @@ impl IntegratorBuilder for Rk4 {
                 let connections = AnyConnections::new(spacetime, Chord::Angle(self.step), self.turns);
                 Ok(Box::new(Self { connections: connections.filter(AnyConnections::pays), ..*self }))
             }
-            Class::General(_) => {
+            Class::Kerr(_) | Class::General(_) => {
                 Err("needs a spherical spacetime, or one with a refractive index: several extremal holes, or a wormhole"
                     .to_owned())
             }

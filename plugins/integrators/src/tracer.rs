@@ -65,7 +65,7 @@ impl Method {
         };
         match (self, spacetime.class()) {
             (_, Class::Flat) => Setup::Straight,
-            (Self::General(_), _) | (_, Class::General(_)) => general(),
+            (Self::General(_), _) | (_, Class::Kerr(_) | Class::General(_)) => general(),
             (_, Class::Spherical(hole)) => Setup::Spherical(SphericalSetup::new(&hole, extent.around(hole.center)), extent),
             (_, Class::Index(index)) => Setup::Index(GradedSetup::new(world, spacetime, index)),
         }

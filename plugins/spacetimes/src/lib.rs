@@ -16,10 +16,10 @@ mod reissner_nordstrom;
 mod round;
 mod schwarzschild;
 
+pub use bhs_core::spacetime::Kerr;
 pub use bhs_core::spacetime::Minkowski;
 pub use dneg::Dneg;
 pub use ellis::Ellis;
-pub use kerr::Kerr;
 pub use majumdar_papapetrou::{Hole, MajumdarPapapetrou};
 
 use bhs_core::Plugin;
