@@ -19,7 +19,7 @@ mod kerr;
 mod metric;
 mod stretch;
 
-pub use kerr::Kerr;
+pub use kerr::{Kerr, Oblate};
 pub use metric::{Fields, Inverse, Metric, stationary};
 pub use stretch::Stretch;
 

@@ -11,6 +11,7 @@ mod connections;
 mod exact;
 pub mod general;
 pub mod graded_index;
+pub mod kerr;
 mod micro_steps;
 mod rk4;
 pub mod round;

@@ -19,19 +19,25 @@ pub struct Kerr {
     capture: f64,
 }
 
-/// What the metric is made of at a point.
-struct Oblate<F> {
-    r: F,
+/// What the metric is made of at a point, in one number or several: lengths in scene units, vectors along the axes of the chart.
+#[derive(Clone, Copy, Debug)]
+pub struct Oblate<F> {
+    /// Boyer and Lindquist's radius.
+    pub r: F,
     /// `r^2 + a^2`
-    square: F,
+    pub square: F,
     /// `S = r^2 + a^2 cos^2 theta`
-    sigma: F,
+    pub sigma: F,
     /// `2 M r - q^2`
-    m: F,
+    pub m: F,
+    /// Cosine of theta.
+    pub cos: F,
+    /// What of the unit vector `n` of the angles theta and phi lies across the axis, of length sin theta.
+    pub across: Vector<F>,
     /// Unit normal of the ellipsoid of equal radius.
-    e_r: Vector<F>,
+    pub e_r: Vector<F>,
     /// `axis x n`, of length sin theta.
-    w: Vector<F>,
+    pub w: Vector<F>,
 }
 
 impl Kerr {
@@ -86,8 +92,9 @@ impl Kerr {
         low
     }
 
+    /// What the metric is made of at `x` (scene units).
     #[inline(always)]
-    fn oblate<F: Real>(&self, x: Vector<F>) -> Oblate<F> {
+    pub fn oblate<F: Real>(&self, x: Vector<F>) -> Oblate<F> {
         let x = x - Vector::all(self.round.center);
         let axis = Vector::all(self.axis);
         let (a2, half) = (F::splat(self.a * self.a), F::splat(0.5));
@@ -103,13 +110,13 @@ impl Kerr {
         let sigma = r2 + a2 * cos * cos;
         let e_r = (across * r + axis * (root * cos)) * (F::splat(1.0) / sigma.sqrt());
         let m = F::splat(self.round.rs) * r - F::splat(self.round.charge_squared);
-        Oblate { r, square, sigma, m, e_r, w: axis.cross(across) }
+        Oblate { r, square, sigma, m, cos, across, e_r, w: axis.cross(across) }
     }
 }
 
 impl Spacetime for Kerr {
     fn at(&self, place: Place) -> Option<Stationary> {
-        let Oblate { r, square, sigma, m, e_r, w } = self.oblate::<f64>(place.x.into());
+        let Oblate { r, square, sigma, m, e_r, w, .. } = self.oblate::<f64>(place.x.into());
         let lapse_squared = (sigma - m) / sigma;
         let outside = place.side == Side::Near && r > self.horizon() && square > m && lapse_squared > 0.0;
         if !outside || !lapse_squared.is_finite() {

@@ -11,7 +11,7 @@ pub mod connections;
 pub mod course;
 pub mod exact;
 pub mod orbit;
-mod series;
+pub(crate) mod series;
 pub mod steps;
 pub mod taylor;
 
