@@ -13,8 +13,8 @@ use bhs_core::spectrum::VisibleWavelengths;
 use bhs_engine::connections::Connections;
 use bhs_engine::integrator::{Integrator, IntegratorBuilder};
 use bhs_engine::transport::LightTransport;
+use bhs_engine::way::Watch;
 use bhs_engine::world::World;
-use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
@@ -107,9 +107,9 @@ impl Integrator for Counted {
         self.integrator.trace_all(world, rays, ends);
     }
 
-    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+    fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {
         self.rays.fetch_add(1, Relaxed);
-        self.integrator.polyline(world, ray)
+        self.integrator.watched(world, ray, watch)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

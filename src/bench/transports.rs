@@ -14,9 +14,9 @@ use anyhow::{Context, Result};
 use bhs_core::ray::{Ray, RayEnd};
 use bhs_engine::connections::Connections;
 use bhs_engine::integrator::Integrator;
+use bhs_engine::way::Watch;
 use bhs_engine::world::World;
 use bhs_integrators::{MicroSteps, Straight};
-use glam::DVec3;
 
 /// How the baseline follows rays: fixed micro-steps (Aikawa, Zhou and Wang 2019).
 const BASELINE: &str = "rk4";
@@ -38,8 +38,8 @@ impl Integrator for Unconnected {
         self.0.trace_all(world, rays, ends);
     }
 
-    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
-        self.0.polyline(world, ray)
+    fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {
+        self.0.watched(world, ray, watch)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

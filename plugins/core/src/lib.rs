@@ -6,7 +6,7 @@
 //! meet, see `bhs-engine` too. There is no input, no output and no panic on a user's data in here.
 //!
 //! [`real`], [`lanes`] and [`dual`] are arithmetic: numbers one at a time, of eight rays side by side, and with derivatives. They stand here
-//! because the contracts of spacetimes ([`spacetime::GradedIndex`], [`spacetime::Metric`]) are in terms of them.
+//! because the contracts of spacetimes ([`spacetime::GradedIndex`], [`spacetime::Metric`]) are in terms of them. [`quadrature`] has integrals.
 //!
 //! Units: lengths in scene units (G = c = 1), angles in radians, wavelengths in nanometres, spectral radiance in
 //! W m^-2 sr^-1 nm^-1. Frames: *chart* is the chart of the spacetime drawn as Euclidean space, *local* is what the static
@@ -25,6 +25,7 @@ pub mod motion;
 pub mod observer;
 pub mod params;
 pub mod plugin;
+pub mod quadrature;
 pub mod ray;
 pub mod real;
 pub mod sampling;

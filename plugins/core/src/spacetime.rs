@@ -20,7 +20,7 @@ mod metric;
 mod stretch;
 
 pub use kerr::{Kerr, Oblate};
-pub use metric::{Fields, Inverse, Metric, stationary};
+pub use metric::{Fields, Inverse, Metric, stationary, travel_time};
 pub use stretch::Stretch;
 
 /// Which of the two sides of a wormhole; all other spacetimes have the near one only.
@@ -126,6 +126,15 @@ pub trait Spacetime: Debug + Send + Sync {
     /// Whether it has a far side.
     fn has_far_side(&self) -> bool {
         false
+    }
+
+    /// Time that light of energy 1 takes along the short chart vector `step` at `place`, into the future; `None` where none does.
+    fn travel_time(&self, place: Place, step: DVec3) -> Option<f64> {
+        match self.at(place) {
+            Some(here) if here.beta == DVec3::ZERO => Some(here.travel_time(step)),
+            // Also where nothing can stand still; and to all digits next to there.
+            _ => travel_time(self.metric(), place.x, step),
+        }
     }
 
     /// The same spacetime in coordinates whose origin lies at `origin` of the present ones.

@@ -1,6 +1,7 @@
 //! How light travels: the contract of the integrators of light rays.
 
 use crate::connections::Connections;
+use crate::way::{TimedWay, TravelTime, Watch, WayPoint};
 use crate::world::World;
 use bhs_core::ray::{Arrival, Cost, Ray, RayEnd};
 use bhs_core::spacetime::{Side, Spacetime};
@@ -18,9 +19,33 @@ pub trait Integrator: Send + Sync {
         end
     }
 
-    /// The same, and the points of its way (render space): those between which it was put to the intersector, and as many where free space was
-    /// passed over.
-    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>);
+    /// The same, and shows its way to `watch`: the points between which it was put to the intersector, and the curve that it follows.
+    fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd;
+
+    /// The same, and the points of its way (render space).
+    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+        let mut points = Vec::new();
+        let end = self.watched(world, ray, &mut points);
+        (end, points)
+    }
+
+    /// The same points, with the time that light takes from each to the start of the ray.
+    fn way(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<WayPoint>) {
+        let mut way = TimedWay::new(world);
+        let end = self.watched(world, ray, &mut way);
+        (end, way.points())
+    }
+
+    /// Coordinate time that light takes from the surface on which `ray` ends to where it starts (scene units), to rounding along the curve that is
+    /// followed (`docs/physics.md`, section 1). It is followed again for that.
+    ///
+    /// `None` if it ends on no surface: from the sky and from a horizon light takes for ever. Times of light from the sky compare where a sphere around
+    /// the scene, or a plane across the light, is put there as a surface.
+    fn travel_time(&self, world: &World, ray: &Ray) -> Option<f64> {
+        let mut time = TravelTime::new(world);
+        let end = self.watched(world, ray, &mut time);
+        (matches!(end.arrival, Arrival::Surface(_)) && time.time.is_finite()).then_some(time.time)
+    }
 
     /// Whether each of `rays` leaves the scene on the side `sides`, written to the places of `escaped`; and what that took, all of them together.
     fn escape_all(&self, world: &World, rays: &[(Ray, Side)], escaped: &mut [bool]) -> Cost {

@@ -2,7 +2,7 @@
 //!
 //! A [`world::World`] is surfaces with their intersector in a spacetime, all that integrators see; `clearance` tells them where space is free.
 //! A [`scene::Scene`] is a world with an integrator, materials and lights, all that light transports see; [`light_sampling`] draws points of its
-//! lights, [`stats`] and [`path_log`] are what following its rays leaves behind. The contracts that speak of these stand here:
+//! lights, [`stats`] and [`path_log`] are what following its rays leaves behind, [`way`] what a ray shows of its curve. The contracts that speak of these stand here:
 //! [`integrator`], [`connections`], [`transport`] and [`layer`]. All other contracts stand in `bhs-core`.
 //!
 //! Everything is in render space, in the units of `bhs-core`.
@@ -16,4 +16,5 @@ pub mod path_log;
 pub mod scene;
 pub mod stats;
 pub mod transport;
+pub mod way;
 pub mod world;

@@ -28,8 +28,8 @@ use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::spacetime::{Class, Spacetime};
 use bhs_engine::connections::Connections;
 use bhs_engine::integrator::{Integrator, IntegratorBuilder};
+use bhs_engine::way::Watch;
 use bhs_engine::world::World;
-use glam::DVec3;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn IntegratorBuilder> =
@@ -82,8 +82,8 @@ impl Integrator for Exact {
         self.tracer().trace_all(world, rays, ends);
     }
 
-    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
-        self.tracer().polyline(world, ray)
+    fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {
+        self.tracer().watched(world, ray, watch)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

@@ -33,8 +33,8 @@ use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::spacetime::Spacetime;
 use bhs_engine::connections::Connections;
 use bhs_engine::integrator::{Integrator, IntegratorBuilder};
+use bhs_engine::way::Watch;
 use bhs_engine::world::World;
-use glam::DVec3;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn IntegratorBuilder> =
@@ -68,8 +68,8 @@ impl Integrator for General {
         self.0.trace_all(world, rays, ends);
     }
 
-    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
-        self.0.polyline(world, ray)
+    fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {
+        self.0.watched(world, ray, watch)
     }
 
     fn connections(&self) -> Option<&dyn Connections> {

@@ -27,6 +27,7 @@ use bhs_core::ray::{Arrival, Cost, Ray, RayEnd, SurfaceHit};
 use bhs_core::spacetime::{Class, Side, Spacetime};
 use bhs_engine::connections::Connections;
 use bhs_engine::integrator::{Integrator, IntegratorBuilder};
+use bhs_engine::way::{CurvePart, Watch};
 use bhs_engine::world::World;
 use glam::DVec3;
 
@@ -84,10 +85,8 @@ impl Integrator for MicroSteps {
         }
     }
 
-    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
-        let mut points = Vec::new();
-        let end = follow(world, ray, self.step, self.max_steps, Some(&mut points));
-        (end, points)
+    fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {
+        follow(world, ray, self.step, self.max_steps, Some(watch))
     }
 
     fn connections(&self) -> Option<&dyn Connections> {
@@ -99,20 +98,25 @@ impl Integrator for MicroSteps {
 /// neighbours apart.
 const OVERLAP: f64 = 16.0 * f32::EPSILON as f64;
 
-/// Follows `ray` by steps of the angle `step` (rad), at most `max_steps` of them; `watch` gets the points of its way.
-fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, mut watch: Option<&mut Vec<DVec3>>) -> RayEnd {
+/// Follows `ray` by steps of the angle `step` (rad), at most `max_steps` of them; `watch` sees its way, in which a segment is a
+/// part of the curve.
+fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, mut watch: Option<&mut dyn Watch>) -> RayEnd {
     let Class::Spherical(hole) = world.spacetime().class() else {
-        if let Some(watch) = watch {
-            *watch = Straight.polyline(world, ray).1;
-        }
-        return Straight.trace(world, ray);
+        return match watch {
+            Some(watch) => Straight.watched(world, ray, watch),
+            None => Straight.trace(world, ray),
+        };
     };
-    let mut draw = |point: DVec3| {
+    if let Some(watch) = &mut watch {
+        watch.point(0.0, ray.origin);
+    }
+    let mut show = |ends: [f64; 2], from: DVec3, to: DVec3| {
         if let Some(watch) = &mut watch {
-            watch.push(point);
+            watch.point(ends[1], to);
+            let tangent = (to - from) / (ends[1] - ends[0]);
+            watch.part(&CurvePart { ends, side: Side::Near, curve: &|s| [from + tangent * (s - ends[0]), tangent] });
         }
     };
-    draw(ray.origin);
     let (plane, start) = OrbitPlane::of_ray(hole.center, ray.origin, ray.direction);
     let mut cost = Cost::default();
     let end = |arrival: Arrival, swept: f64, cost: Cost| RayEnd { arrival, swept, cost };
@@ -141,14 +145,16 @@ fn follow(world: &World, ray: &Ray, step: f64, max_steps: u64, mut watch: Option
         if let Some(hit) = first_hit(world, ray, &segment, leaving.take()) {
             let located = world.locate(&segment, &hit);
             let swept = plane.angle(step.start.phi, from, located.point);
-            draw(located.point);
+            show([step.start.phi, swept], from, located.point);
             let PrimitiveHit { geometry, primitive, is_crowded, .. } = hit;
             let (point, direction, barycentric) = (located.point, way.normalize(), located.barycentric);
             let hit = SurfaceHit { point, direction, geometry, primitive, barycentric, is_crowded };
             return end(Arrival::Surface(hit), swept, cost);
         }
         swept = state.phi;
-        draw(to);
+        if fate != Fate::Escaped {
+            show([step.start.phi, swept], from, to);
+        }
         match fate {
             Fate::Underway => from = to,
             Fate::Escaped => return end(Arrival::Sky(way, Side::Near), swept, cost),

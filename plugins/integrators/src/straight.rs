@@ -16,6 +16,7 @@ use bhs_core::ray::{Arrival, Cost, Ray, RayEnd, SurfaceHit};
 use bhs_core::spacetime::{Place, Side, Spacetime};
 use bhs_engine::connections::{Connection, ConnectionPair, Connections, ShadowRay};
 use bhs_engine::integrator::{Integrator, IntegratorBuilder};
+use bhs_engine::way::{CurvePart, Watch};
 use bhs_engine::world::World;
 use glam::DVec3;
 
@@ -45,13 +46,18 @@ impl Integrator for Straight {
         }
     }
 
-    fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+    fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {
         let end = self.trace(world, ray);
-        let met = match end.arrival {
-            Arrival::Surface(hit) => Some(hit.point),
-            _ => None,
-        };
-        (end, std::iter::once(ray.origin).chain(met).collect())
+        watch.point(0.0, ray.origin);
+        if let Arrival::Surface(hit) = end.arrival {
+            let way = hit.point - ray.origin;
+            let ends = [0.0, way.length()];
+            watch.point(ends[1], hit.point);
+            let direction = way.normalize_or_zero();
+            let curve = |s: f64| [ray.origin + direction * s, direction];
+            watch.part(&CurvePart { ends, side: ray.side, curve: &curve });
+        }
+        end
     }
 
     fn escape_all(&self, world: &World, rays: &[(Ray, Side)], escaped: &mut [bool]) -> Cost {

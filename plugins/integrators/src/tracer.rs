@@ -19,6 +19,7 @@ use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::real::{Real, Vector};
 use bhs_core::spacetime::{Class, Spacetime};
 use bhs_engine::integrator::Integrator;
+use bhs_engine::way::Watch;
 use bhs_engine::world::World;
 use glam::DVec3;
 
@@ -89,16 +90,16 @@ impl Tracer {
         });
     }
 
-    /// Follows `ray`, and gives the points of its way.
-    pub fn polyline(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<DVec3>) {
+    /// Follows `ray`, and shows its way to `watch`.
+    pub fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {
         self.with_setup(world, |setup| {
             if matches!(setup, Setup::Straight) {
-                return Straight.polyline(world, ray);
+                return Straight.watched(world, ray, watch);
             }
-            let (mut points, mut end) = (Vec::new(), RayEnd::NONE);
+            let mut end = RayEnd::NONE;
             let (one, end_of_one) = (std::slice::from_ref(ray), std::slice::from_mut(&mut end));
-            self.follow(setup, (world, &Surfaces::of(world)), one, Some(&mut points), end_of_one);
-            (end, points)
+            self.follow(setup, (world, &Surfaces::of(world)), one, Some(watch), end_of_one);
+            end
         })
     }
 
@@ -108,7 +109,7 @@ impl Tracer {
     }
 
     /// Follows up to [`LANES`] rays side by side.
-    fn follow(&self, setup: &Setup<'_>, world: Filled<'_>, rays: &[Ray], watch: Option<&mut Vec<DVec3>>, ends: &mut [RayEnd]) {
+    fn follow(&self, setup: &Setup<'_>, world: Filled<'_>, rays: &[Ray], watch: Option<&mut dyn Watch>, ends: &mut [RayEnd]) {
         match (setup, rays) {
             (Setup::General(surroundings, depths, extent), _) => {
                 self.follow_general((surroundings, depths), extent, world, rays, (watch, ends));
@@ -123,7 +124,7 @@ impl Tracer {
         setup: &Setup<'_>,
         world: Filled<'_>,
         rays: &[Ray],
-        watch: Option<&mut Vec<DVec3>>,
+        watch: Option<&mut dyn Watch>,
         ends: &mut [RayEnd],
     ) {
         let (extent, center) = match setup {
@@ -164,7 +165,7 @@ impl Tracer {
         extent: &Extent,
         world: Filled<'_>,
         rays: &[Ray],
-        (mut watch, ends): (Option<&mut Vec<DVec3>>, &mut [RayEnd]),
+        (mut watch, ends): (Option<&mut dyn Watch>, &mut [RayEnd]),
     ) {
         for (ray, end) in rays.iter().zip(ends) {
             let one = std::slice::from_ref(ray);
@@ -172,7 +173,7 @@ impl Tracer {
             let start = Start::new(world.1, &one, 1, |_| ray, (gap, f64::INFINITY));
             let mut course = GeneralRay::new(told, ray.origin, ray.direction, ray.side, error);
             let end = std::slice::from_mut(end);
-            follow(world.0, &start, &mut course, self.max_steps, watch.as_deref_mut(), end);
+            follow(world.0, &start, &mut course, self.max_steps, watch.take(), end);
         }
     }
 

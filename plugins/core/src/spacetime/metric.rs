@@ -102,6 +102,27 @@ pub fn stationary(metric: &dyn Metric, x: DVec3) -> Option<Stationary> {
     (lapse > 0.0 && lapse.is_finite() && beta.is_finite()).then_some(Stationary { lapse, root, beta })
 }
 
+/// Time that light of energy 1 takes along the short chart vector `step` at the point `x`, into the future; also in an ergosphere, where nothing can
+/// stand still. `None` behind a horizon, and where no light of this energy moves so.
+///
+/// By the observer who does not turn with respect to space: `alpha^2 dt^2 = h(step - W dt, step - W dt)`, of which light of energy 1 is the root that
+/// is regular where `g_tt` is 0 (`docs/physics.md`, section 1).
+pub fn travel_time(metric: &dyn Metric, x: DVec3, step: DVec3) -> Option<f64> {
+    let Inverse { tt, t, space } = metric.inverse(Dual::variables(x));
+    let alpha_squared = -1.0 / tt.value;
+    let outside = alpha_squared > 0.0 && alpha_squared.is_finite();
+    let w = DVec3::from_array(t.map(|t| t.value)) * if outside { -alpha_squared } else { return None };
+    let [xx, yy, zz, yz, xz, xy] = space.map(|g| g.value);
+    let raised = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
+    let dyad = DMat3::from_cols(w * w.x, w * w.y, w * w.z);
+    let h = (raised + dyad * (1.0 / alpha_squared)).inverse();
+    // g_tt dt^2 + 2 g_ti dt dx^i + g_ij dx^i dx^j = 0
+    let (tt, t, space) = ((h * w).dot(w) - alpha_squared, -(h * step).dot(w), (h * step).dot(step));
+    let root = t.mul_add(t, -(tt * space)).sqrt();
+    let time = if t > 0.0 { (t + root) / -tt } else { space / (root - t) };
+    (time >= 0.0 && time.is_finite()).then_some(time)
+}
+
 impl Metric for Spherical {
     fn fields(&self, x: [Dual; 3]) -> Fields {
         let [x, y, z] = [x[0] - self.center.x, x[1] - self.center.y, x[2] - self.center.z];
@@ -159,6 +180,18 @@ mod tests {
             let slope = (norm(x + unit * 1e-5) - norm(x - unit * 1e-5)) / 2e-5;
             assert!((found[axis] - slope).abs() < 1e-9, "{axis}");
         }
+    }
+
+    #[test]
+    fn travel_times_are_those_of_the_static_observer() {
+        let x = DVec3::new(0.4, -0.3, 0.7);
+        let here = stationary(&Wild, x).unwrap();
+        for d in [DVec3::X, -DVec3::X, DVec3::new(0.3, -0.8, 0.2), DVec3::new(-1.0, 0.1, 0.4)] {
+            let (found, right) = (travel_time(&Wild, x, d).unwrap(), here.travel_time(d));
+            assert!((found - right).abs() < 1e-14, "{d}: {found} {right}");
+        }
+        let hole = Spherical { center: DVec3::ZERO, rs: 1.0, charge_squared: 0.0 };
+        assert_eq!(travel_time(&hole, DVec3::X * 0.9, DVec3::X), None);
     }
 
     #[test]

@@ -9,8 +9,8 @@
 
 use crate::round::profile::{Profile, Radii};
 use bhs_core::lanes::{LANES, Lanes};
+use bhs_core::quadrature::gauss_legendre;
 use bhs_core::real::Real;
-use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 /// A number and its derivative by the parameter of a ray.
@@ -51,21 +51,7 @@ impl Swept {
 type Rule<const BATCHES: usize> = [[Lanes; 2]; BATCHES];
 
 fn rule<const BATCHES: usize>() -> Rule<BATCHES> {
-    let nodes = BATCHES * LANES;
-    let node = |i: usize| {
-        let mut x = (PI * (i as f64 + 0.75) / (nodes as f64 + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..20 {
-            let (mut p, mut before) = (1.0, 0.0);
-            for k in 0..nodes {
-                let k = k as f64;
-                (p, before) = (((2.0 * k + 1.0) * x * p - k * before) / (k + 1.0), p);
-            }
-            slope = nodes as f64 * (x * p - before) / (x * x - 1.0);
-            x -= p / slope;
-        }
-        [0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope)]
-    };
+    let node = |i: usize| gauss_legendre(i, BATCHES * LANES);
     std::array::from_fn(|b| [0, 1].map(|which| Lanes::from_fn(|i| node(b * LANES + i)[which])))
 }
 

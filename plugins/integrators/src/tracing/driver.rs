@@ -8,6 +8,7 @@ use bhs_core::lanes::set_bits;
 use bhs_core::ray::{Arrival, Cost, RayEnd};
 use bhs_core::real::{Mask, Real, Vector};
 use bhs_core::spacetime::Place;
+use bhs_engine::way::{CurvePart, Watch};
 use bhs_engine::world::World;
 use glam::DVec3;
 
@@ -68,14 +69,13 @@ impl<F: Real> Reached<F> {
 }
 
 /// Follows the rays of `start`, as many as there are of `course` or fewer, through `world`, each for at most `max_steps` pieces: what becomes of
-/// them is written to `ends`, one a ray, and which have come to their limits is returned. `watch` gets the points of the way of the first one, if
-/// somebody wants them.
+/// them is written to `ends`, one a ray, and which have come to their limits is returned. `watch` sees the way of the first one, if there is somebody.
 pub fn follow<F: Real, C: Course<F>>(
     world: &World,
     start: &Start<'_, F>,
     course: &mut C,
     max_steps: u64,
-    watch: Option<&mut Vec<DVec3>>,
+    watch: Option<&mut dyn Watch>,
     ends: &mut [RayEnd],
 ) -> Reached<F> {
     let present = F::Mask::of_bits((1_u32 << ends.len()) - 1);
@@ -83,6 +83,8 @@ pub fn follow<F: Real, C: Course<F>>(
     for end in &mut *ends {
         end.cost = Cost::default();
     }
+    // For as long as the packet lives.
+    let watch = watch.map(|watch| -> &mut dyn Watch { watch });
     let mut packet = Packet::<F>::new(world, start, watch, ends);
     let (falls, lost) = course.begin();
     packet.end(present & falls, Arrival::Captured);
@@ -112,7 +114,9 @@ impl<F: Real> Packet<'_, F> {
             let end = piece.end().min(self.limit);
             self.parameter = F::select(underway, next.until.min(self.limit), self.parameter);
             self.crossing = next.crosses & !there;
-            let met = self.meet(piece, end, underway & end.gt(piece.start()), &mut hits);
+            let goes = underway & end.gt(piece.start());
+            let met = self.meet(piece, end, goes, &mut hits);
+            self.show(piece, end, goes, met);
             underway = underway & !met;
             self.finish(course, &next, underway, there);
             let crossing = underway & self.crossing;
@@ -122,6 +126,27 @@ impl<F: Real> Packet<'_, F> {
             underway = underway & !(there | next.escapes | next.falls | next.lost);
         }
         self.end(underway, Arrival::OutOfSteps);
+    }
+
+    /// Shows somebody who watches the curve of the first of `rays` along `piece`: to the parameter `end`, or to where it `met` something.
+    #[inline(always)]
+    fn show<A: Arc<F>>(&mut self, piece: &A, end: F, rays: F::Mask, met: F::Mask) {
+        if self.watch.is_some() && rays.bits() & 1 == 1 {
+            let end = if met.bits() & 1 == 1 { self.ends[0].swept } else { end.lane(0) };
+            self.show_part(&piece.lane(0), end);
+        }
+    }
+
+    #[cold]
+    fn show_part<A: Arc<f64>>(&mut self, piece: &A, end: f64) {
+        let side = side(self.far, 0);
+        if let Some(watch) = &mut self.watch {
+            let curve = |s: f64| {
+                let (point, tangent) = piece.point_and_tangent(s);
+                [point.into(), tangent.into()]
+            };
+            watch.part(&CurvePart { ends: [piece.start(), end], side, curve: &curve });
+        }
     }
 
     /// Notes the ends of those of `rays` that end behind a piece; `there`: where they were to end.

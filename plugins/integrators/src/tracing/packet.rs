@@ -14,6 +14,7 @@ use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::{LANES, set_bits};
 use bhs_core::ray::{Arrival, RayEnd, SurfaceHit};
 use bhs_core::real::{Mask, Real, Vector};
+use bhs_engine::way::Watch;
 use bhs_engine::world::World;
 use glam::DVec3;
 use hits::{Asked, Hits};
@@ -65,20 +66,21 @@ pub(crate) struct Packet<'w, F: Real> {
     /// Steps and leaps so far.
     pub steps: F,
     pub leaps: F,
-    watch: Option<&'w mut Vec<DVec3>>,
+    /// Who sees the way of the first of them.
+    pub watch: Option<&'w mut dyn Watch>,
 }
 
 impl<'w, F: Real> Packet<'w, F> {
     /// The rays of `start`, of which `ends` has as many places.
     #[inline(always)]
-    pub fn new(world: &'w World, start: &'w Start<'w, F>, mut watch: Option<&'w mut Vec<DVec3>>, ends: &'w mut [RayEnd]) -> Self {
+    pub fn new(world: &'w World, start: &'w Start<'w, F>, mut watch: Option<&'w mut dyn Watch>, ends: &'w mut [RayEnd]) -> Self {
         let c = F::splat;
         let mut departures = [None; LANES];
         for i in set_bits(start.departing) {
             departures[i] = Departure::of(world, start.rays.ray(i));
         }
         if let Some(watch) = &mut watch {
-            watch.push(start.origin.lane(0));
+            watch.point(0.0, start.origin.lane(0));
         }
         Self {
             world,
@@ -246,7 +248,7 @@ impl<'w, F: Real> Packet<'w, F> {
         if i == 0
             && let Some(watch) = &mut self.watch
         {
-            watch.push(hit.point);
+            watch.point(parameter, hit.point);
         }
     }
 
@@ -271,15 +273,15 @@ impl<'w, F: Real> Packet<'w, F> {
     #[cold]
     fn draw_way<A: Arc<f64>>(&mut self, piece: &A, from: f64, passed_over: bool) {
         let (to, last, gap) = (self.last_s.lane(0), self.last.lane(0), self.gap.lane(0));
-        let Some(watch) = &mut self.watch else { return };
+        let Some(watch) = self.watch.as_mut().filter(|watch| watch.wants_points()) else { return };
         let mut s = from;
         for _ in 0..if passed_over { MOST_DRAWN } else { 0 } {
             s += piece.stride(s, gap);
             if s.is_nan() || s >= to {
                 break;
             }
-            watch.push(piece.point(s).into());
+            watch.point(s, piece.point(s).into());
         }
-        watch.push(last);
+        watch.point(to, last);
     }
 }
