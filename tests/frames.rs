@@ -75,8 +75,9 @@ fn a_lamp_emits_pi_l_over_its_local_area() {
             let frame = point.observer.frame;
             let chart = direction(random(i, 3), random(i, 4));
             let cos = frame.local_normal(normal).dot(frame.local_direction(chart));
-            let at =
-                Emission { uv, cos_theta: cos as f32, lambda_nm: [500.0; 4], clock_rate: point.observer.clock_rate() as f32 };
+            let clock_rate = point.observer.clock_rate() as f32;
+            let (point_at, cos_theta, lambda_nm) = (point.point, cos as f32, [500.0; 4]);
+            let at = Emission { uv, point: point_at, time: 0.0, cos_theta, lambda_nm, clock_rate };
             let emitted = f64::from(scene.light_sampler.emitters[emitter as usize].light.radiance(&at)[0]);
             let area = frame.area_factor(normal) / point.pdf;
             power += emitted * cos * area * frame.solid_angle_factor(chart) * 4.0 * PI;

@@ -1,16 +1,17 @@
 //! Plugins, each made alone, to a scene: render space, the intersector, emitters, and what must hold between the parts.
 
 use crate::lang::coplanar;
+use crate::lang::emitters;
 use crate::lang::has_errors;
 use crate::lang::instances::Placed;
 use crate::lang::overrides::Overrides;
-use crate::lang::parts::{LoadCounters, Part, PartCamera, PartLight, Parts, View};
+use crate::lang::parts::{LoadCounters, Part, PartAreaLight, PartCamera, PartLight, Parts, View};
 use crate::lang::spacetime::{Gravity, choose_integrator};
 use crate::registry::Registry;
 use bhs_core::camera::Camera;
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
-use bhs_core::light::{AreaLight, Light};
+use bhs_core::light::Light;
 use bhs_core::material::Material;
 use bhs_core::sampling::Discrete;
 use bhs_core::spacetime::Side;
@@ -38,7 +39,7 @@ pub(super) fn assemble(
     overrides: &Overrides,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Assembled> {
-    let Parts { mut cameras, lambda_range, shapes, .. } = parts;
+    let Parts { mut cameras, lambda_range, mut shapes, .. } = parts;
     let (integrator_name, integrator, bends) = choose_integrator(parts.integrator, parts.gravity.as_ref(), registry, found);
 
     // Render space: single precision is fine near its origin only.
@@ -49,6 +50,7 @@ pub(super) fn assemble(
     let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
     let origin = render_origin(&bounds, cameras.first().and_then(|c| c.camera.as_deref()));
     // In world space, and in render space.
+    let stated = parts.gravity.clone();
     let in_world = parts.gravity.filter(|g| bends || g.spacetime.has_far_side());
     let gravity = in_world.as_ref().map(|g| g.moved(origin));
     let has_far_side = gravity.as_ref().is_some_and(|g| g.spacetime.has_far_side());
@@ -81,13 +83,16 @@ pub(super) fn assemble(
     };
     check_points(&parts.lights, sampling, in_world.as_ref(), found);
     warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
+    // Also where rays are taken to be straight, emission is that of the scene's spacetime.
+    let told = stated.map(|g| g.moved(origin));
+    let area_lights = emitters::bind(parts.area_lights, told.as_ref(), found);
+    emitters::open(&mut shapes, &area_lights, found);
     if has_errors(found) {
         return None;
     }
 
     // Surfaces and what they are made of.
     let materials = parts.materials;
-    let area_lights: Vec<Option<Arc<dyn AreaLight>>> = parts.area_lights.into_iter().map(|l| l.map(Arc::from)).collect();
     let default_material: Arc<dyn Material> = parts.default_material?.into();
     let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
     // The places of their names.
@@ -139,8 +144,7 @@ pub(super) fn assemble(
     }
     drop(spans);
     let [lo, hi] = lambda_range;
-    let power =
-        emitters.iter().map(|e: &Emitter| finite_power(e.light.exitance(lo, hi) * e.area(&geometries[e.geometry as usize])));
+    let power = emitters.iter().map(|e: &Emitter| finite_power(e.power(&geometries[e.geometry as usize], lo, hi)));
     let mut sides = Vec::new();
     let lights: Vec<Arc<dyn Light>> = parts
         .lights
@@ -288,9 +292,10 @@ fn not_found(span: Span, why: &str, help: &str, found: &mut Vec<Diagnostic>) {
     found.push(Diagnostic::warning("light-not-found", message).at(span, why).help(help));
 }
 
-fn warn_dark(lights: &[PartLight], area_lights: &[Option<Box<dyn AreaLight>>], shapes: &[Part], found: &mut Vec<Diagnostic>) {
+fn warn_dark(lights: &[PartLight], area_lights: &[PartAreaLight], shapes: &[Part], found: &mut Vec<Diagnostic>) {
     // A light that could not be made has been reported; the scene is not dark for lack of one.
-    let any = !lights.is_empty() || area_lights.iter().any(Option::is_none) || shapes.iter().any(|s| s.area_light.is_some());
+    let any =
+        !lights.is_empty() || area_lights.iter().any(|l| l.light.is_none()) || shapes.iter().any(|s| s.area_light.is_some());
     if !any && !has_errors(found) {
         found.push(
             Diagnostic::warning("no-light", "nothing in the scene emits light: the picture will be black")

@@ -9,12 +9,12 @@ use crate::lang::instances;
 use crate::lang::names::{Names, Pictures};
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::parse::MAX_ERRORS;
-use crate::lang::parts::{ObjectPart, Part, PartCamera, PartLight, Parts, View};
+use crate::lang::parts::{ObjectPart, Part, PartAreaLight, PartCamera, PartLight, Parts, View};
 use crate::lang::seed;
 use crate::lang::source::SourceMap;
 use crate::lang::spacetime::build_spacetime;
 use crate::memory::picture::{self, TooLarge};
-use crate::registry::{Kind, Registry, bare_context};
+use crate::registry::{Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
 use bhs_core::geometry::Shape;
@@ -144,7 +144,10 @@ pub fn build(
         warn_of_guided_crop(film.as_ref(), transport.as_ref(), &settings, &mut found);
     }
     // Of very many materials and shapes, what describes them is let go before more room is needed.
-    let materials = Names::new(registry, &description).make_all(context, &mut found);
+    let names = Names::new(registry, &description);
+    let area_light = |e: &Entity| PartAreaLight { span: e.name.span, light: names.make::<dyn AreaLight>(e, context) };
+    let area_lights = description.area_lights.iter().map(|l| area_light(&l.entity)).collect();
+    let materials = names.make_all(context, &mut found);
     description.materials = Vec::new();
     let (shapes, objects) = build_shapes(&mut description, registry, context, &mut found);
     let parts = Parts {
@@ -167,12 +170,7 @@ pub fn build(
         lambda_range: context.lambda_range,
         materials,
         default_material: create::<dyn Material>(&settings.material, registry, context, &mut found),
-        area_lights: create_all::<dyn AreaLight>(
-            description.area_lights.iter().map(|l| &l.entity),
-            registry,
-            context,
-            &mut found,
-        ),
+        area_lights,
         lights: {
             let context = Context { named: &Pictures, ..context };
             let light = |e: &Entity| PartLight {
@@ -253,15 +251,6 @@ fn warn_of_guided_crop(film: &dyn Film, transport: &dyn LightTransport, settings
             .and(place(&settings.transport, "guiding"), "and learned from")
             .help("the mean is the same, the noise is not; to put parts together, render them without `guiding`"),
     );
-}
-
-fn create_all<'e, T: Kind + ?Sized>(
-    entities: impl Iterator<Item = &'e Entity>,
-    registry: &Registry,
-    context: Context,
-    found: &mut Vec<Diagnostic>,
-) -> Vec<Option<Box<T>>> {
-    entities.map(|e| create::<T>(e, registry, context, found)).collect()
 }
 
 /// The seed, and the name of the intersector.

@@ -17,6 +17,7 @@ mod coplanar;
 mod create;
 pub mod defaults;
 pub mod description;
+mod emitters;
 mod errors;
 pub mod format;
 

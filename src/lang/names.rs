@@ -126,6 +126,11 @@ impl<'a> Names<'a> {
         }
     }
 
+    /// Makes a thing that has no name of its own and is used, from what has one. All that is wrong is told by [`Names::make_all`].
+    pub fn make<T: Kind + ?Sized>(&self, entity: &Entity, context: Context) -> Option<Box<T>> {
+        self.create::<T>(entity, TextureKind::Float, true, &context).0
+    }
+
     /// Makes all materials, and the textures that they ask for; in the order of the scene. All that is wrong goes to `found`.
     pub fn make_all(self, context: Context, found: &mut Vec<Diagnostic>) -> Vec<Option<Arc<dyn Material>>> {
         for i in (0..self.materials.len()).filter(|i| self.materials[*i].used) {
@@ -134,7 +139,7 @@ impl<'a> Names<'a> {
             }
             self.material_at(i, true, &context);
         }
-        // A texture may lend itself to lights and shapes too, but none takes one yet: the others are unused.
+        // Lights have been made before ([`Names::make`]), and no shape takes a texture: the others are unused.
         let unused: Vec<usize> = {
             let state = self.state.borrow();
             (0..self.materials.len()).filter(|i| state.materials[*i].is_none()).collect()

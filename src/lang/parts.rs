@@ -25,7 +25,7 @@ pub(super) struct Parts {
     pub lambda_range: [f32; 2],
     pub materials: Vec<Option<Arc<dyn Material>>>,
     pub default_material: Option<Box<dyn Material>>,
-    pub area_lights: Vec<Option<Box<dyn AreaLight>>>,
+    pub area_lights: Vec<PartAreaLight>,
     pub lights: Vec<PartLight>,
     /// Whether the light transport samples lights.
     pub samples_lights: bool,
@@ -41,6 +41,13 @@ pub(super) struct PartCamera {
     pub span: Option<Span>,
     pub camera: Option<Box<dyn Camera>>,
     pub viewpoint: Viewpoint,
+}
+
+/// The emission of surfaces.
+pub(super) struct PartAreaLight {
+    /// Place of its name.
+    pub span: Span,
+    pub light: Option<Box<dyn AreaLight>>,
 }
 
 /// A light that is no surface.

@@ -168,6 +168,11 @@ pub trait Analytic: Send + Sync {
     fn sample(&self, u: Vec2) -> AreaSample;
     /// The density with which [`Analytic::sample`] draws `point`, with respect to chart area.
     fn pdf(&self, point: DVec3) -> f64;
+    /// Leaves out what lies nearer to its centre than `inner` (chart, scene units), if it is a disk of which the scene does not say where it
+    /// begins. `false` if nothing would be left of it.
+    fn open(&mut self, _inner: f64) -> bool {
+        true
+    }
     /// How far apart opposite sides of it are at least (scene units); infinite for a surface without an opposite side.
     fn thickness(&self) -> f64 {
         f64::INFINITY

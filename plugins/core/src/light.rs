@@ -1,13 +1,19 @@
 //! What emits light.
 
+use crate::spacetime::Spacetime;
 use crate::spectrum::{N_LAMBDA, SampledSpectrum};
 use glam::{DVec3, Vec2};
 
 /// Where and how light leaves a surface, as the observer at that place sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
-    /// Texture coordinates.
+    /// Texture coordinates; of a light that depends on time, those of [`AreaLight::at_time_zero`].
     pub uv: Vec2,
+    /// The place, render space.
+    pub point: DVec3,
+    /// When the light leaves, in coordinate time (scene units, c = 1): 0 is when it arrives at the camera, so it is not above 0. Known only to a
+    /// light that depends on it; else 0.
+    pub time: f64,
     /// Cosine of the angle to the outer normal.
     pub cos_theta: f32,
     /// Wavelengths at the surface (nm).
@@ -16,13 +22,51 @@ pub struct Emission {
     pub clock_rate: f32,
 }
 
+/// A point of a surface that emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmissionPoint {
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// The place, render space.
+    pub point: DVec3,
+}
+
 /// The emission of a surface, in the frame of the observer at its place.
 pub trait AreaLight: Send + Sync {
     /// Spectral radiance [W m^-2 sr^-1 nm^-1] that leaves the surface.
     fn radiance(&self, at: &Emission) -> SampledSpectrum;
 
-    /// Exitance averaged over `lo..=hi` (nm), all sides: what lights are chosen by.
-    fn exitance(&self, lo: f32, hi: f32) -> f64;
+    /// Exitance at a point, averaged over `lo..=hi` (nm), all sides: what lights are chosen by.
+    fn exitance(&self, at: &EmissionPoint, lo: f32, hi: f32) -> f64;
+
+    /// Whether [`AreaLight::exitance`] is the same at all points.
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
+    /// Tells it once, before anything else, what light moves through, in coordinates of render space; flat space where the scene states nothing.
+    ///
+    /// # Errors
+    /// Why it cannot emit there, in words that stand under its name.
+    fn bind(&mut self, _spacetime: &dyn Spacetime) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// How far from its own centre a disk with this emission begins where the scene does not say (chart, scene units). Known after
+    /// [`AreaLight::bind`].
+    fn inner_edge(&self) -> Option<f64> {
+        None
+    }
+
+    /// Whether what it emits depends on the time: then light sampling leaves it out.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+
+    /// Where what is at `point` (render space) at the coordinate time `time` was at time 0: the place whose texture coordinates count.
+    fn at_time_zero(&self, point: DVec3, _time: f64) -> DVec3 {
+        point
+    }
 }
 
 /// A direction drawn for sampling the sky.

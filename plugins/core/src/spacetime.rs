@@ -15,10 +15,12 @@ use glam::{DMat3, DVec3};
 use std::fmt::Debug;
 use std::sync::Arc;
 
+mod axial;
 mod kerr;
 mod metric;
 mod stretch;
 
+pub use axial::Axial;
 pub use kerr::{Kerr, Oblate};
 pub use metric::{Fields, Inverse, Metric, stationary, travel_time};
 pub use stretch::Stretch;
@@ -118,6 +120,11 @@ pub trait Spacetime: Debug + Send + Sync {
 
     /// What solvers may know about it: how its rays are found fastest.
     fn class(&self) -> Class<'_>;
+
+    /// What circular orbits need to know, if it is a single round or spinning hole.
+    fn axial(&self) -> Option<Axial> {
+        Axial::of(self)
+    }
 
     /// Its metric as functions of the place, for Hamilton's equations: every spacetime has it, whatever its class. The two sides of a
     /// wormhole have the same.

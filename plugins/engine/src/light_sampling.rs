@@ -4,7 +4,7 @@ use crate::connections::Connection;
 use crate::world::World;
 use bhs_core::geometry::{Geometry, sample_triangle, triangle_area};
 use bhs_core::intersector::Primitive;
-use bhs_core::light::{AreaLight, Emission, Light};
+use bhs_core::light::{AreaLight, Emission, EmissionPoint, Light};
 use bhs_core::observer::{Conventions, Observer};
 use bhs_core::ray::SurfaceHit;
 use bhs_core::sampling::Discrete;
@@ -40,6 +40,35 @@ impl Emitter {
             Geometry::Analytic(surface) => surface.area(),
             _ => self.triangles.total(),
         }
+    }
+
+    /// What light sampling chooses it by: its power averaged over `lo..=hi` (nm), by chart area; 0 of one that depends on time, which
+    /// light sampling leaves out.
+    pub fn power(&self, geometry: &Geometry, lo: f32, hi: f32) -> f64 {
+        if self.light.depends_on_time() {
+            return 0.0;
+        }
+        let nowhere = EmissionPoint { uv: Vec2::ZERO, point: DVec3::ZERO };
+        if self.light.is_uniform() {
+            return self.light.exitance(&nowhere, lo, hi) * self.area(geometry);
+        }
+        // The mean over points evenly spread over the surface.
+        const N: u32 = 32;
+        let cell = |i: u32| (i as f32 + 0.5) / N as f32;
+        let points =
+            (0..N * N).filter_map(|i| self.point(geometry, Vec2::new(cell(i % N), cell(i / N)), (i as f32 * 0.618_034).fract()));
+        points.map(|at| self.light.exitance(&at, lo, hi)).sum::<f64>() / f64::from(N * N) * self.area(geometry)
+    }
+
+    /// The point of the surface that three numbers in [0,1) stand for, `choice` between triangles.
+    fn point(&self, geometry: &Geometry, u: Vec2, choice: f32) -> Option<EmissionPoint> {
+        if let Geometry::Analytic(surface) = geometry {
+            let sample = surface.sample(u);
+            return Some(EmissionPoint { uv: sample.uv, point: sample.point });
+        }
+        let (triangle, _) = self.triangles.sample(choice)?;
+        let (point, weights) = sample_triangle(geometry.corners(triangle as u32)?, u);
+        Some(EmissionPoint { uv: geometry.surface(point, triangle as u32, weights).uv, point })
     }
 }
 
@@ -247,7 +276,8 @@ impl LightSampler {
         match sample.source {
             LightSource::Surface { emitter, normal, uv, .. } => {
                 let cos_theta = at_light.local_normal(normal).dot(leaving) as f32;
-                let at = Emission { uv, cos_theta, lambda_nm, clock_rate: at_light.clock_rate() as f32 };
+                let clock_rate = at_light.clock_rate() as f32;
+                let at = Emission { uv, point: sample.point, time: 0.0, cos_theta, lambda_nm, clock_rate };
                 let emitted = self.emitters[emitter as usize].light.radiance(&at) * factor;
                 let density = per_solid_angle / connection.arrival.dot(normal).abs();
                 Arriving { emitted, density, is_point: false }

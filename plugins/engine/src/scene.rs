@@ -82,6 +82,10 @@ pub struct Vertex<'s> {
     pub wo: Vec3,
     /// Outer unit normal of the surface itself, in the shading frame.
     pub wn: Vec3,
+    /// Texture coordinates that count for its emission: see [`Emission::uv`].
+    emission_uv: Vec2,
+    /// When the light leaves here: see [`Emission::time`].
+    emission_time: f64,
     axes: [DVec3; 3],
     /// See [`World::step_off`].
     step_off: f64,
@@ -123,7 +127,14 @@ impl Vertex<'_> {
             Some(emitter) => {
                 let cos_theta = self.wn.dot(self.wo);
                 let clock_rate = self.observer.clock_rate() as f32;
-                let at = Emission { uv: self.shading.uv, cos_theta, lambda_nm: self.shading.lambda_nm, clock_rate };
+                let at = Emission {
+                    uv: self.emission_uv,
+                    point: self.hit.point,
+                    time: self.emission_time,
+                    cos_theta,
+                    lambda_nm: self.shading.lambda_nm,
+                    clock_rate,
+                };
                 emitter.light.radiance(&at) * self.radiance_factor
             }
             None => SampledSpectrum::ZERO,
@@ -177,6 +188,8 @@ impl Scene {
             emitter: binding.emitter.map(|e| &self.light_sampler.emitters[e as usize]),
             wo: to_shading(wo),
             wn: to_shading(ng),
+            emission_uv: surface.uv,
+            emission_time: 0.0,
             axes,
             step_off: self.world.step_off(&hit),
         })

@@ -1,12 +1,14 @@
 //! `diffuse`: an area light that sends the same radiance in all directions.
 //!
 //! The light leaves on the outer side of the shape (which `ReverseOrientation` turns), or on both. The exitance of a side is
-//! pi L. The radiance is that which an observer at rest beside the surface sees.
+//! pi L. The radiance is that which an observer who rests on the surface sees. It may be a texture, or a picture: its lower left corner
+//! has the texture coordinates (0, 0), and a red, green and blue of 1 is D65 of luminance 1.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `L` | spectrum | 1 | W m^-2 sr^-1 nm^-1 | emitted spectral radiance |
+//! | `L` | spectrum, texture | 1 | W m^-2 sr^-1 nm^-1 | emitted spectral radiance |
 //! | `scale` | float | 1 | | multiplies what it emits |
+//! | `filename` | string | none | | a picture of the radiance, instead of `L` |
 //! | `twosided` | bool | false | | whether both sides emit |
 //!
 //! ```bhs
@@ -15,11 +17,16 @@
 //! Shape "sphere" "float radius" 0.1
 //! ```
 
-use crate::{factor, mean, scale};
-use bhs_core::light::{AreaLight, Emission};
+use crate::picture::{self, Picture};
+use crate::{factor, factor_of, mean, mean_of, scale};
+use bhs_core::light::{AreaLight, Emission, EmissionPoint};
+use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::texture::{SpectrumParameter, Texture};
+use bhs_spectra::{d65, rgb_emission};
+use glam::Vec2;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -28,29 +35,76 @@ pub const PLUGIN: Plugin<dyn AreaLight> =
     Plugin { name: "diffuse", summary: "an area light with the same radiance in all directions", build };
 
 fn build(p: &Params) -> Option<Box<dyn AreaLight>> {
-    let radiance = p.spectrum("L", 1.0, SpectrumRole::Emission, "W m^-2 sr^-1 nm^-1", "emitted spectral radiance");
-    let scale = factor(p, "L", radiance.as_ref(), scale(p));
+    let about = "emitted spectral radiance";
+    let radiance = p.spectrum_parameter("L", 1.0, SpectrumRole::Emission, "W m^-2 sr^-1 nm^-1", about);
+    let scale = scale(p);
+    let filename = p.optional::<String>("filename", "", "a picture of the radiance, instead of `L`");
     let two_sided = p.get("twosided", false, "", "whether both sides emit");
+    let (radiance, scale) = match (filename, radiance) {
+        (Some(filename), _) => {
+            if p.is_given("L") {
+                p.reject("L", "`L` and `filename` exclude each other", "the picture says how bright the light is");
+            }
+            let picture = picture::read(p, filename).map(Picture::new);
+            let [lo, hi] = p.context().lambda_range;
+            let greatest = picture.as_ref().map_or(0.0, |p| f64::from(p.greatest()) * f64::from(d65().max(lo, hi)));
+            let scale = factor_of(p, "filename", greatest, scale);
+            (Radiance::Picture(picture?), scale)
+        }
+        (None, SpectrumParameter::Spectrum(spectrum)) => {
+            let scale = factor(p, "L", spectrum.as_ref(), scale);
+            (Radiance::Spectrum(spectrum), scale)
+        }
+        (None, SpectrumParameter::Texture { texture, .. }) => (Radiance::Texture(texture), factor_of(p, "L", 1.0, scale)),
+    };
     Some(Box::new(Diffuse { radiance, scale, two_sided }))
 }
 
+/// Spectral radiance.
+enum Radiance {
+    /// The same at all points.
+    Spectrum(Arc<dyn Spectrum>),
+    Texture(Arc<dyn Texture>),
+    Picture(Picture),
+}
+
 struct Diffuse {
-    radiance: Arc<dyn Spectrum>,
+    radiance: Radiance,
     scale: f32,
     two_sided: bool,
+}
+
+impl Diffuse {
+    /// The radiance of a side that emits, before `scale`.
+    #[inline]
+    fn at(&self, uv: Vec2, lambda_nm: [f32; N_LAMBDA], clock_rate: f32) -> SampledSpectrum {
+        match &self.radiance {
+            Radiance::Spectrum(spectrum) => spectrum.sample_at(lambda_nm, clock_rate),
+            Radiance::Texture(texture) => texture.spectrum(&Shading { uv, lambda_nm }).map(|v| v.max(0.0)),
+            Radiance::Picture(picture) => rgb_emission(picture.at(uv), lambda_nm),
+        }
+    }
 }
 
 impl AreaLight for Diffuse {
     fn radiance(&self, at: &Emission) -> SampledSpectrum {
         if at.cos_theta > 0.0 || (self.two_sided && at.cos_theta < 0.0) {
-            self.radiance.sample_at(at.lambda_nm, at.clock_rate) * self.scale
+            self.at(at.uv, at.lambda_nm, at.clock_rate) * self.scale
         } else {
             SampledSpectrum::ZERO
         }
     }
 
-    fn exitance(&self, lo: f32, hi: f32) -> f64 {
+    fn exitance(&self, at: &EmissionPoint, lo: f32, hi: f32) -> f64 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
-        PI * mean(self.radiance.as_ref(), lo, hi) * f64::from(self.scale) * sides
+        let mean = match &self.radiance {
+            Radiance::Spectrum(spectrum) => mean(spectrum.as_ref(), lo, hi),
+            _ => mean_of(|lambda_nm| self.at(at.uv, lambda_nm, 1.0), lo, hi),
+        };
+        PI * mean * f64::from(self.scale) * sides
+    }
+
+    fn is_uniform(&self) -> bool {
+        matches!(self.radiance, Radiance::Spectrum(_))
     }
 }

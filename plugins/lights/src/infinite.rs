@@ -17,10 +17,10 @@
 //! LightSource "infinite" "spectrum L" 0.5
 //! ```
 
+use crate::picture;
 use crate::sky_map::SkyMap;
 use crate::{factor, factor_of, rescale_to, scale};
-use bhs_core::diagnostics::{Diagnostic, Spanned};
-use bhs_core::image::Texels;
+use bhs_core::diagnostics::Diagnostic;
 use bhs_core::light::{Light, SkySample};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
@@ -47,38 +47,13 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     if p.is_given("L") {
         p.reject("L", "`L` and `filename` exclude each other", "the picture says how bright the sky is");
     }
-    let map = read(p, filename);
+    let map = picture::read(p, filename).map(SkyMap::new);
     let scale = scale * rescale_to(p, "illuminance", about, || map.as_ref().map_or(1.0, SkyMap::illuminance));
     let [lo, hi] = p.context().lambda_range;
     let greatest = map.as_ref().map_or(0.0, |m| f64::from(m.greatest()) * f64::from(d65().max(lo, hi)));
     let scale = factor_of(p, "filename", greatest, scale);
     let map_from_chart = map_from_chart(p)?;
     Some(Box::new(Pictured { map: map?, map_from_chart, scale }))
-}
-
-/// The picture of the sky, without what no light can be.
-fn read(p: &Params, filename: String) -> Option<SkyMap> {
-    let span = p.span_of("filename");
-    let path = Spanned::new(filename, span);
-    let image = match p.context().named.image(&path, p.context()) {
-        Ok(image) => image,
-        Err(why) => {
-            p.report(Diagnostic::error("bad-file", format!("cannot read `{}`: {why}", path.value)).at(span, ""));
-            return None;
-        }
-    };
-    for note in image.notes.iter().chain(&image.encoding_note) {
-        p.report(Diagnostic::warning("picture-note", format!("`{}`: {note}", path.value)).at(span, ""));
-    }
-    let negative = match &image.texels {
-        Texels::Floats(t) => t.as_flattened().iter().filter(|v| **v < 0.0).count(),
-        _ => 0,
-    };
-    if negative > 0 {
-        let message = format!("`{}` is taken as 0 where it is negative: {negative} values", path.value);
-        p.report(Diagnostic::warning("negative-light", message).at(span, "light cannot be negative"));
-    }
-    Some(SkyMap::new(image))
 }
 
 /// Turns directions of the chart into those of the picture: a rotation, mirrored or not.

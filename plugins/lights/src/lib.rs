@@ -3,21 +3,24 @@
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::params::{Params, Point3};
 use bhs_core::plugin::Plugin;
-use bhs_core::spectrum::Spectrum;
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum};
 use glam::DVec3;
 
 mod diffuse;
 mod distant;
 mod infinite;
+mod page_thorne;
+mod picture;
 mod point;
 mod sky_map;
 mod spot;
+mod thindisc;
 
 /// Lights that are no surfaces, in alphabetical order.
 pub const ALL: &[Plugin<dyn Light>] = &[distant::PLUGIN, infinite::PLUGIN, point::PLUGIN, spot::PLUGIN];
 
 /// Emissions of surfaces, in alphabetical order.
-pub const AREA: &[Plugin<dyn AreaLight>] = &[diffuse::PLUGIN];
+pub const AREA: &[Plugin<dyn AreaLight>] = &[diffuse::PLUGIN, thindisc::PLUGIN];
 
 /// The parameter `scale`, which multiplies what a light emits.
 fn scale(p: &Params) -> f64 {
@@ -93,5 +96,13 @@ fn mean(spectrum: &dyn Spectrum, lo: f32, hi: f32) -> f64 {
     sum / n as f64
 }
 
+/// The mean over `lo..=hi` (nm) of what `of` has at the wavelengths that it is asked for, by the midpoint rule in 64 steps.
+fn mean_of(of: impl Fn([f32; N_LAMBDA]) -> SampledSpectrum, lo: f32, hi: f32) -> f64 {
+    const N: usize = 64;
+    let wavelength = |i: usize| lo + (i as f32 + 0.5) / N as f32 * (hi - lo);
+    let sum = |first: usize| of(std::array::from_fn(|k| wavelength(first + k))).0.into_iter().map(f64::from).sum::<f64>();
+    (0..N).step_by(N_LAMBDA).map(sum).sum::<f64>() / N as f64
+}
+
 #[cfg(test)]
-bhs_core::every_file_is_listed!([ALL, AREA], helpers: ["sky_map"]);
+bhs_core::every_file_is_listed!([ALL, AREA], helpers: ["page_thorne", "picture", "sky_map"]);

@@ -3,8 +3,9 @@
 //! The picture is equirectangular, in a space of its own whose z axis points up: its top row is +z, its left edge +x, and it goes on
 //! towards +y. Pixels are patches of one radiance each, so that the density can be proportional to the radiance everywhere.
 
-use bhs_colour::{luminance, srgb_decode};
-use bhs_core::image::{Image, Texels};
+use crate::picture::Picture;
+use bhs_colour::luminance;
+use bhs_core::image::Image;
 use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
 use glam::{DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
@@ -18,10 +19,8 @@ const BLOCK: usize = 16;
 pub struct SkyMap {
     /// Width and height (pixels).
     size: [usize; 2],
-    /// The picture as it was read: a large one is kept once only.
-    image: Arc<Image>,
-    /// The light of each value of a byte or of a word; empty for a picture of light.
-    light: Vec<f32>,
+    /// What it shows.
+    picture: Picture,
     /// Choice of a row: by its luminance times its solid angle.
     rows: Discrete,
     /// For each row, the share of its pixels up to and including those of each block.
@@ -31,14 +30,9 @@ pub struct SkyMap {
 impl SkyMap {
     /// The sky of a picture, encoded in sRGB if it has bytes or words; all its values are finite, and negative ones count as 0.
     pub fn new(image: Arc<Image>) -> Self {
-        let [width, height] = [image.width as usize, image.height as usize];
-        let values = match &image.texels {
-            Texels::Bytes(_) => 1 << 8,
-            Texels::Words(_) => 1 << 16,
-            Texels::Floats(_) => 0,
-        };
-        let light = (0..values).map(|i| srgb_decode(i as f32 / (values - 1) as f32)).collect();
-        let mut map = Self { size: [width, height], image, light, rows: Discrete::new(Vec::new()), blocks: Vec::new() };
+        let picture = Picture::new(image);
+        let [width, height] = picture.size();
+        let mut map = Self { size: [width, height], picture, rows: Discrete::new(Vec::new()), blocks: Vec::new() };
         let mut blocks = Vec::with_capacity(width.div_ceil(BLOCK) * height);
         let mut rows = Vec::with_capacity(height);
         let mut totals = Vec::with_capacity(width.div_ceil(BLOCK));
@@ -61,12 +55,7 @@ impl SkyMap {
     /// The colour of a pixel, by column and row.
     #[inline]
     fn texel(&self, x: usize, y: usize) -> [f32; 3] {
-        let i = y * self.size[0] + x;
-        match &self.image.texels {
-            Texels::Bytes(t) => t[i].map(|v| self.light[usize::from(v)]),
-            Texels::Words(t) => t[i].map(|v| self.light[usize::from(v)]),
-            Texels::Floats(t) => t[i].map(|v| v.max(0.0)),
-        }
+        self.picture.texel(x, y)
     }
 
     /// The pixels of a row that share a block with column `x`.
@@ -88,9 +77,7 @@ impl SkyMap {
 
     /// The greatest value of red, green or blue.
     pub fn greatest(&self) -> f32 {
-        let [width, height] = self.size;
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| self.texel(x, y)));
-        pixels.flatten().fold(0.0, f32::max)
+        self.picture.greatest()
     }
 
     /// The integral of the luminance over all directions.
@@ -196,6 +183,7 @@ fn row_solid_angle(y: usize, height: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bhs_core::image::Texels;
     use bhs_core::sampling::mix64;
 
     fn sky(size: [usize; 2]) -> SkyMap {

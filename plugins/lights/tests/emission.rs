@@ -1,14 +1,44 @@
 //! The lights emit what their parameters say: radiance, sides, scale and exitance.
 
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
-use bhs_core::light::{AreaLight, Emission, Light};
-use bhs_core::params::{Context, Files, Params, SpectrumSource};
+use bhs_core::image::{Image, Texels};
+use bhs_core::light::{AreaLight, Emission, EmissionPoint, Light};
+use bhs_core::material::{Material, Shading};
+use bhs_core::params::{Context, Files, Named, Params, SpectrumSource};
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::texture::{Texture, TextureKind};
 use bhs_core::value::{Param, ParamType, Values};
 use glam::{DAffine3, DVec3, Vec2};
 use std::f32::consts::PI;
 use std::sync::Arc;
+
+/// A texture whose spectra are u at all wavelengths, and a picture of two texels of light side by side.
+struct Gradient;
+
+impl Texture for Gradient {
+    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
+        SampledSpectrum::splat(at.uv.x)
+    }
+    fn float(&self, at: &Shading) -> f32 {
+        at.uv.x
+    }
+}
+
+struct Things;
+
+impl Named for Things {
+    fn texture(&self, _: &Spanned<String>, kind: TextureKind, _: &Context) -> Result<Arc<dyn Texture>, Box<Diagnostic>> {
+        assert!([TextureKind::Spectrum(SpectrumRole::Emission), TextureKind::Float].contains(&kind));
+        Ok(Arc::new(Gradient))
+    }
+    fn material(&self, _: &Spanned<String>, _: &Context) -> Result<Arc<dyn Material>, Box<Diagnostic>> {
+        Err(Diagnostic::error("test", "no materials").into())
+    }
+    fn image(&self, _: &Spanned<String>, _: &Context) -> Result<Arc<Image>, String> {
+        Ok(Arc::new(Image::new([2, 1], Texels::Floats(vec![[1.0; 3], [3.0; 3]]))))
+    }
+}
 
 /// The one number that the scene gives, times the wavelength over 500 nm.
 #[derive(Debug)]
@@ -36,7 +66,7 @@ impl SpectrumSource for Ramps {
 }
 
 fn at(cos_theta: f32, lambda_nm: [f32; 4]) -> Emission {
-    Emission { uv: Vec2::ZERO, cos_theta, lambda_nm, clock_rate: 1.0 }
+    Emission { uv: Vec2::ZERO, point: DVec3::ZERO, time: 0.0, cos_theta, lambda_nm, clock_rate: 1.0 }
 }
 
 struct NoFiles;
@@ -60,7 +90,7 @@ fn build<T: ?Sized>(plugin: &Plugin<T>, params: &[Param]) -> (Option<Box<T>>, Ve
     let context = Context {
         files: &NoFiles,
         spectra: &Ramps,
-        named: &bhs_core::params::Nameless,
+        named: &Things,
         world_from_object: DAffine3::IDENTITY,
         reverse_orientation: false,
         resolution: [1, 1],
@@ -96,6 +126,9 @@ fn point3(name: &str, values: [f64; 3]) -> Param {
     param(ParamType::Point3, name, Values::Numbers { values: values.to_vec(), whole: false })
 }
 
+/// Any point of a surface.
+const MIDDLE: EmissionPoint = EmissionPoint { uv: Vec2::splat(0.5), point: DVec3::ZERO };
+
 const LAMBDA: [f32; 4] = [400.0, 500.0, 600.0, 700.0];
 
 #[test]
@@ -104,14 +137,14 @@ fn by_default_one_side_emits_one() {
     assert_eq!(light.radiance(&at(0.3, LAMBDA)), SampledSpectrum::ONE);
     assert_eq!(light.radiance(&at(-0.3, LAMBDA)), SampledSpectrum::ZERO);
     assert_eq!(light.radiance(&at(0.0, LAMBDA)), SampledSpectrum::ZERO);
-    assert!((light.exitance(360.0, 830.0) / f64::from(PI) - 1.0).abs() < 1e-6);
+    assert!((light.exitance(&MIDDLE, 360.0, 830.0) / f64::from(PI) - 1.0).abs() < 1e-6);
 }
 
 #[test]
 fn two_sides_emit_twice_as_much() {
     let two = area(&[param(ParamType::Bool, "twosided", Values::Bools(vec![true]))]);
     assert_eq!(two.radiance(&at(-0.3, LAMBDA)), SampledSpectrum::ONE);
-    assert_eq!(two.exitance(400.0, 700.0), 2.0 * area(&[]).exitance(400.0, 700.0));
+    assert_eq!(two.exitance(&MIDDLE, 400.0, 700.0), 2.0 * area(&[]).exitance(&MIDDLE, 400.0, 700.0));
 }
 
 #[test]
@@ -122,8 +155,34 @@ fn spectrum_and_scale_multiply() {
     assert!(near(area(&params).radiance(&at(1.0, LAMBDA))));
     assert!(near(sky(&params).sky_radiance(DVec3::Y, LAMBDA)));
     // The mean of a ramp is its value in the middle.
-    assert!((area(&params).exitance(400.0, 700.0) / f64::from(PI * 6.6) - 1.0).abs() < 1e-5);
-    assert!((area(&params).exitance(550.0, 550.0) / f64::from(PI * 6.6) - 1.0).abs() < 1e-5);
+    assert!((area(&params).exitance(&MIDDLE, 400.0, 700.0) / f64::from(PI * 6.6) - 1.0).abs() < 1e-5);
+    assert!((area(&params).exitance(&MIDDLE, 550.0, 550.0) / f64::from(PI * 6.6) - 1.0).abs() < 1e-5);
+}
+
+fn text(ty: ParamType, name: &str, value: &str) -> Param {
+    param(ty, name, Values::Strings(vec![Spanned::new(value.into(), Span::default())]))
+}
+
+#[test]
+fn textures_and_pictures_emit_what_they_show_where_they_show_it() {
+    let at_u = |u: f32| Emission { uv: Vec2::new(u, 0.5), ..at(1.0, [560.0; 4]) };
+    let exitance =
+        |light: &dyn AreaLight, u: f32| light.exitance(&EmissionPoint { uv: Vec2::new(u, 0.5), ..MIDDLE }, 560.0, 560.0);
+    let textured = area(&[text(ParamType::Texture, "L", "gradient"), number(ParamType::Float, "scale", 2.0)]);
+    let pictured = area(&[text(ParamType::String, "filename", "a.exr"), number(ParamType::Float, "scale", 2.0)]);
+    // The picture is white light, in proportion; between the middles of its texels it rises evenly.
+    let unit = f64::from(bhs_spectra::d65().at(560.0));
+    for (u, of_texture, of_picture) in [(0.1, 0.1, 1.0), (0.5, 0.5, 2.0), (0.625, 0.625, 2.5), (0.9, 0.9, 3.0)] {
+        for (light, wanted) in [(&textured, of_texture), (&pictured, of_picture * unit)] {
+            let found = f64::from(light.radiance(&at_u(u))[0]);
+            assert!((found / (2.0 * wanted) - 1.0).abs() < 1e-5, "{u}: {found} {wanted}");
+            assert!((exitance(light.as_ref(), u) / (f64::from(PI) * found) - 1.0).abs() < 1e-5);
+            assert!(!light.is_uniform());
+        }
+    }
+    assert!(area(&[]).is_uniform());
+    let both = [text(ParamType::String, "filename", "a.exr"), number(ParamType::Spectrum, "L", 1.0)];
+    assert_eq!(build(&bhs_lights::AREA[0], &both).1, ["`L` and `filename` exclude each other"]);
 }
 
 #[test]
@@ -136,7 +195,7 @@ fn the_exitance_is_the_integral_of_the_radiance() {
         let c = -1.0 + 2.0 * (i as f32 + 0.5) / n as f32;
         sum += light.radiance(&at(c, [550.0; 4]))[0] * c.abs() * 2.0 / n as f32;
     }
-    assert!((f64::from(2.0 * PI * sum) / light.exitance(550.0, 550.0) - 1.0).abs() < 1e-4);
+    assert!((f64::from(2.0 * PI * sum) / light.exitance(&MIDDLE, 550.0, 550.0) - 1.0).abs() < 1e-4);
 }
 
 #[test]

@@ -2,7 +2,8 @@
 //!
 //! The outer side is that of +z, mirrored by the transform or not; `ReverseOrientation` turns it. `innerradius` leaves a ring and
 //! `phimax` a sector. Texture coordinates are pbrt's: u = phi/phimax with the azimuth phi from x to y, v from 0 at `radius` to 1 at
-//! `innerradius`. As a light it is sampled uniformly, with its hole and its sector (pbrt-v4 samples the whole disk).
+//! `innerradius`. As a light it is sampled uniformly, with its hole and its sector (pbrt-v4 samples the whole disk). Under the area light
+//! `thindisc` a disk that does not state its `innerradius` begins where that does.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
@@ -43,13 +44,16 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
     // The unit disk, moved along its own axis.
     let mut place = Affine::new(p, DVec3::new(radius, radius, radius))?;
     place.center += place.world_from_own.z_axis * (height / radius);
-    let disk = Disk { inner: inner / radius, phi_max: phi_max?, place };
+    let opens = !p.is_given("innerradius");
+    let disk = Disk { inner: inner / radius, opens, phi_max: phi_max?, place };
     Some(Box::new(WorldGeometry::Analytic(Box::new(disk))))
 }
 
 /// The image of (a part of) the unit disk in the plane z = 0.
 struct Disk {
     inner: f64,
+    /// Whether what it emits may say where it begins.
+    opens: bool,
     phi_max: f64,
     place: Affine,
 }
@@ -110,6 +114,15 @@ impl Analytic for Disk {
 
     fn pdf(&self, _: DVec3) -> f64 {
         1.0 / self.area()
+    }
+
+    fn open(&mut self, inner: f64) -> bool {
+        // A disk that a transform stretches is measured along its first axis.
+        let inner = inner / self.place.world_from_own.x_axis.length();
+        if self.opens && inner < 1.0 {
+            self.inner = inner;
+        }
+        !self.opens || inner < 1.0
     }
 
     fn rebase(&mut self, origin: DVec3) {

@@ -40,6 +40,7 @@ mod tolman;
 mod upsample;
 mod upsample_table;
 
+pub use planck::{HOTTEST, Planck};
 pub use rgb_emission::rgb_emission;
 pub use upsample::Sigmoid;
 pub use upsample_table::SmoothSpectra;
