@@ -79,14 +79,14 @@ impl IntegratorBuilder for Rk4 {
     fn build(&self, spacetime: &dyn Spacetime) -> Result<Box<dyn Integrator>, String> {
         match spacetime.class() {
             Class::Flat => Ok(Box::new(Straight)),
-            Class::Spherical(_) | Class::Index(_) => {
+            Class::Spherical(_) | Class::Kerr(_) | Class::Index(_) => {
                 let connections = AnyConnections::new(spacetime, Chord::Angle(self.step), self.turns);
                 Ok(Box::new(Self { connections: connections.filter(AnyConnections::pays), ..*self }))
             }
-            Class::Kerr(_) | Class::General(_) => {
-                Err("needs a spherical spacetime, or one with a refractive index: several extremal holes, or a wormhole"
-                    .to_owned())
-            }
+            Class::General(_) => Err(
+                "needs a hole, round or spinning, or a spacetime with a refractive index: several extremal holes, or a wormhole"
+                    .to_owned(),
+            ),
         }
     }
 }

@@ -4,6 +4,7 @@ use crate::general::course::{Depths, GeneralRay};
 use crate::general::path::Surroundings;
 use crate::graded_index::course::GradedSetup;
 use crate::graded_index::medium::Refracted;
+use crate::kerr::course::KerrSetup;
 use crate::spherical::closed_form::ClosedForm;
 use crate::spherical::course::{RungeKutta, SphericalSetup};
 use crate::spherical::exact::ClosedForms;
@@ -49,6 +50,7 @@ pub struct Tracer {
 enum Setup<'w> {
     Straight,
     Spherical(SphericalSetup, Extent),
+    Kerr(KerrSetup, Extent),
     Index(GradedSetup<'w>),
     General(Box<Surroundings<'w>>, Depths, Extent),
 }
@@ -66,8 +68,9 @@ impl Method {
         };
         match (self, spacetime.class()) {
             (_, Class::Flat) => Setup::Straight,
-            (Self::General(_), _) | (_, Class::Kerr(_) | Class::General(_)) => general(),
+            (Self::General(_), _) | (_, Class::General(_)) => general(),
             (_, Class::Spherical(hole)) => Setup::Spherical(SphericalSetup::new(&hole, extent.around(hole.center)), extent),
+            (_, Class::Kerr(kerr)) => Setup::Kerr(KerrSetup::new(world, &kerr, &extent), extent),
             (_, Class::Index(index)) => Setup::Index(GradedSetup::new(world, spacetime, index)),
         }
     }
@@ -129,6 +132,7 @@ impl Tracer {
     ) {
         let (extent, center) = match setup {
             Setup::Spherical(setting, extent) => (extent, setting.center),
+            Setup::Kerr(setting, extent) => (extent, setting.hole.kerr.round().center),
             Setup::Index(setting) => (&setting.extent, setting.medium.center),
             Setup::Straight | Setup::General(..) => return,
         };
@@ -148,6 +152,12 @@ impl Tracer {
             }
             (Setup::Spherical(setting, _), _) => {
                 follow(world.0, &start, &mut setting.launch(x, d).by_series(error), max_steps, watch, ends);
+            }
+            (Setup::Kerr(setting, _), Method::RungeKutta(step)) => {
+                follow(world.0, &start, &mut setting.by_runge_kutta(x, d, step), max_steps, watch, ends);
+            }
+            (Setup::Kerr(setting, _), _) => {
+                follow(world.0, &start, &mut setting.by_series(x, d, error), max_steps, watch, ends);
             }
             (Setup::Index(setting), method) => {
                 let course = setting.rays(x, d, start.far, error);

@@ -1,6 +1,8 @@
 //! What only holes that spin have: light whose equations separate, in the oblate chart.
 //!
-//! `orbit` has its constants and its fate, `series` steps of it.
+//! `orbit` has its constants and its fate, `series` steps of it; these know no surfaces. `arc` makes curves of steps, `course` leads light along them.
 
+pub mod arc;
+pub mod course;
 pub mod orbit;
 pub mod series;

@@ -24,6 +24,13 @@ pub struct Series<F> {
     pub twist: [F; TERMS],
 }
 
+/// The turn `angle`, if a step has no longer one.
+#[inline(always)]
+fn limited<F: Real>(angle: F) -> F {
+    let most = F::splat(MOST_TWIST);
+    angle.min(most).max(-most)
+}
+
 /// Coefficient number n of the product of two series.
 #[inline(always)]
 fn product<F: Real>(a: &[F; TERMS], b: &[F; TERMS], n: usize) -> F {
@@ -175,13 +182,14 @@ impl<F: Real> Series<F> {
         (Self::through(orbit, [state, &end], (twists, at_end), h), end)
     }
 
-    /// The state after `t`, without the turn, and cosine and sine of the turn.
+    /// The state after `t`, without the turn, cosine and sine of the turn, and its derivative.
     #[inline(always)]
-    pub fn at(&self, t: F) -> (State<F>, (F, F)) {
+    pub fn at(&self, t: F) -> (State<F>, (F, F), F) {
         let (u, du) = value_and_slope(&self.u, t);
         let [x, y, z] = [0, 1, 2].map(|i| value_and_slope(&self.n[i], t));
         let state = State { u, du, n: Vector { x: x.0, y: y.0, z: z.0 }, dn: Vector { x: x.1, y: y.1, z: z.1 } };
-        (state, self.turn(t))
+        let (turn, twist) = value_and_slope(&self.twist, t);
+        (state, cos_sin(limited(turn)), twist)
     }
 
     /// u and n after `t` (the derivatives are 0), and cosine and sine of the turn.
@@ -190,14 +198,7 @@ impl<F: Real> Series<F> {
         let zero = F::splat(0.0);
         let n = Vector { x: value(&self.n[0], t), y: value(&self.n[1], t), z: value(&self.n[2], t) };
         let dn = Vector { x: zero, y: zero, z: zero };
-        (State { u: value(&self.u, t), du: zero, n, dn }, self.turn(t))
-    }
-
-    /// Cosine and sine of the turn after `t`.
-    #[inline(always)]
-    fn turn(&self, t: F) -> (F, F) {
-        let most = F::splat(MOST_TWIST);
-        cos_sin(value(&self.twist, t).min(most).max(-most))
+        (State { u: value(&self.u, t), du: zero, n, dn }, cos_sin(limited(value(&self.twist, t))))
     }
 
     /// That of ray number `i`.
@@ -264,7 +265,7 @@ mod tests {
                 let series = Series::taylor(&orbit, &state);
                 let h = room(&state, f64::INFINITY, series.length(1e-12));
                 for t in [0.0, 0.3 * h, h] {
-                    let (at, turn) = series.at(t);
+                    let (at, turn, twist) = series.at(t);
                     let n2 = at.n.length_squared();
                     let drift = [
                         n2 - 1.0,
@@ -273,7 +274,7 @@ mod tests {
                         at.n.x * at.dn.y - at.n.y * at.dn.x - orbit.l,
                     ];
                     assert!(drift.iter().all(|d| d.abs() < 1e-10), "{spin} {x} {d} {t}: {drift:?}");
-                    let (point, tangent) = orbit.point_and_tangent(&at, turn, orbit.twist(at.u));
+                    let (point, tangent) = orbit.point_and_tangent(&at, turn, twist);
                     if t == 0.0 {
                         let back = DVec3::from(hole.chart(point)) + hole.kerr.round().center;
                         let along = DVec3::from(hole.chart(tangent)).normalize();
@@ -290,9 +291,9 @@ mod tests {
         for (x, d) in rays() {
             let Light { orbit, state, .. } = hole.light::<f64>(x.into(), d.into());
             let h = room(&state, f64::INFINITY, 0.05);
-            let (a, turn_a) = Series::taylor(&orbit, &state).at(h);
+            let (a, turn_a, _) = Series::taylor(&orbit, &state).at(h);
             let (small, _) = Series::runge_kutta(&orbit, &state, h);
-            let (b, turn_b) = small.at(h);
+            let (b, turn_b, _) = small.at(h);
             assert!((a.u - b.u).abs() < 1e-7 && (a.n - b.n).length() < 1e-7 && (turn_a.1 - turn_b.1).abs() < 1e-7);
             let (middle, smooth) = (Series::taylor(&orbit, &state).at(0.5 * h).0, small.at(0.5 * h).0);
             assert!((middle.u - smooth.u).abs() < 1e-7 && (middle.dn - smooth.dn).length() < 1e-5);

@@ -90,7 +90,7 @@ fn adaptive_sees_what_tiny_steps_see() {
     for (name, spacetime) in spacetimes() {
         let (seen, different) = compared(&spacetime, count(60).min(10_000));
         assert!(different.len() as u64 * 50 <= seen, "{name}: of {seen} {different:#?}");
-        assert!(seen > 0 || name == "Reissner-Nordstroem");
+        assert!(seen > 0 || !matches!(spacetime.class(), Class::Index(_)), "{name}");
     }
 }
 

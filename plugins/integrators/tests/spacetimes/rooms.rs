@@ -9,7 +9,7 @@ use bhs_core::spacetime::{Place, Side, Spacetime, Spherical};
 use bhs_engine::integrator::Integrator;
 use bhs_engine::world::World;
 use bhs_intersectors::reference::Reference;
-use bhs_spacetimes::{Dneg, Ellis, Hole, MajumdarPapapetrou};
+use bhs_spacetimes::{Dneg, Ellis, Hole, Kerr, MajumdarPapapetrou};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -25,11 +25,18 @@ pub const CENTER: DVec3 = DVec3::new(0.1, -0.05, 0.2);
 /// The spacetimes that the worlds are in, by name.
 pub fn spacetimes() -> Vec<(&'static str, Arc<dyn Spacetime>)> {
     let hole = |x: f64, mass: f64| Hole { center: CENTER + DVec3::new(x, 0.3 * x, 0.0), mass };
+    let kerr = |rs: f64, spin: f64, charge_squared: f64| -> Arc<dyn Spacetime> {
+        let axis = DVec3::new(0.36, 0.8, -0.48);
+        Arc::new(Kerr::new(Spherical { center: CENTER, rs, charge_squared }, axis, spin))
+    };
     vec![
         ("two extremal holes", Arc::new(MajumdarPapapetrou::new(&[hole(0.25, 0.07), hole(-0.2, 0.04)]))),
         ("Ellis", Arc::new(Ellis { center: CENTER, throat: 0.4 })),
         ("DNEG", Arc::new(Dneg::new(CENTER, 0.4, 0.2, 0.05).expect("it has a profile"))),
         ("Reissner-Nordstroem", Arc::new(Spherical { center: CENTER, rs: 0.24, charge_squared: 0.01 })),
+        ("Kerr", kerr(0.22, 0.9, 0.0)),
+        ("nearly extremal Kerr", kerr(0.26, -0.998, 0.0)),
+        ("Kerr-Newman", kerr(0.24, 0.6, 0.006)),
     ]
 }
 
