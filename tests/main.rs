@@ -51,7 +51,6 @@ mod thin;
 mod tolman;
 mod tutorial;
 mod unbiased;
-mod variables;
 mod visible_surface;
 mod watertight;
 

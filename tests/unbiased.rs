@@ -235,3 +235,29 @@ fn among_extremal_holes() {
     let two = r#"BlackHole "majumdar-papapetrou" "point3 centers" [-0.3 0.75 -0.2  0.3 0.7 -0.2] "float masses" [0.07 0.05]"#;
     check("two extremal holes", &bent_room(connected, two, ""), 3, [1, 4, 4]);
 }
+
+/// Lights whose radiance varies over their surface, flat and of triangles, one of them a veil in front of the other; in flat space and around a hole.
+#[test]
+fn with_textured_lights_behind_a_veil() {
+    for (name, hole) in [("flat", ""), ("hole", r#"BlackHole "schwarzschild" "point3 center" [0 0.75 -0.2] "float rs" 0.15"#)] {
+        let lights = r#"
+            Texture "board" "spectrum" "checkerboard" "float uscale" 4 "float vscale" 2 "rgb tex1" [9 8 6] "rgb tex2" [0.3 0.2 0.1]
+            Texture "clouds" "spectrum" "fbm" "float uscale" 6 "float vscale" 3 "float offset" 0.8
+            AttributeBegin
+                Material "interface" "float transmits" 0.4
+                AreaLightSource "diffuse" "texture L" "clouds" "bool twosided" true
+                Translate -0.4 1.1 0.2  Rotate 60 1 0 0
+                Shape "disk" "float radius" 0.4 "float innerradius" 0.1
+            AttributeEnd
+            AttributeBegin
+                AreaLightSource "diffuse" "texture L" "board" "bool twosided" true
+                Shape "trianglemesh" "integer indices" [0 1 2  0 2 3]
+                    "point2 uv" [0 0 1 0 1 1 0 1] "point3 P" [-0.6 1.3 0   0.2 1.35 0   0.2 1.4 0.5   -0.6 1.35 0.5]
+            AttributeEnd
+        "#;
+        let text = bent_room("", hole, lights);
+        let (before, after) = text.split_once("AttributeBegin\n            AreaLightSource").expect("the room has a lamp");
+        let (_, after) = after.split_once("AttributeEnd").expect("it ends");
+        check(&format!("textured, {name}"), &format!("{before}{after}"), 4, [8, 8, 12]);
+    }
+}

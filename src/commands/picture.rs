@@ -1,7 +1,7 @@
 //! One picture of `bhs render`: from the first sample, or from a checkpoint, to its files.
 
 use super::outputs::Outputs;
-use super::replay::{self, PictureId};
+use super::replay;
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
 use crate::lang::BuiltScene;
@@ -89,8 +89,7 @@ impl Session<'_> {
             say!("error: {error:#}");
         }
         let rendered = state.rendered(ended);
-        let picture = PictureId { camera: built.camera_name.as_deref(), variables: &built.variables, seed: args.scene_args.seed };
-        let replay = |sample: &SampleId| replay::command(args, picture, sample);
+        let replay = |sample: &SampleId| replay::command(args, built.camera_name.as_deref(), sample);
         let (count, first) = (rendered.counters.not_finite, &rendered.not_finite);
         not_finite::warnings(count, first, &rendered.frame, built.seed, replay).iter().for_each(|line| say!("{line}"));
         let kept = outputs.write(built, &rendered, phases, args.quiet, rescue);

@@ -190,7 +190,8 @@ pub(super) fn assemble(
     }
     let view = further_views.pop_front()?;
     let footprints = view.footprints;
-    let light_sampler = LightSampler { emitters, lights, sides, choice };
+    let depends_on_time = emitters.iter().any(|e| e.light.depends_on_time());
+    let light_sampler = LightSampler { emitters, lights, sides, choice, depends_on_time };
     let scene = Scene { world, integrator, shapes: bindings, light_sampler, footprints };
     Some(Assembled { scene, view, further_views, integrator_name, load })
 }

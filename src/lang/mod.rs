@@ -36,7 +36,6 @@ mod spacetime;
 #[cfg(test)]
 mod tests;
 pub mod transform;
-pub mod variables;
 
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
@@ -46,7 +45,6 @@ pub use method::{Method, load_method};
 pub use overrides::Overrides;
 pub use seed::LARGEST_SEED;
 pub use source::SourceMap;
-pub use variables::Variables;
 
 use crate::registry::Registry;
 use bhs_core::diagnostics::{Diagnostic, Severity};
@@ -63,7 +61,7 @@ pub fn load(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     let file = sources.open(path).map_err(|d| vec![*d])?;
-    let (description, found) = resolve::resolve_with(sources, file, &overrides.variables);
+    let (description, found) = resolve::resolve(sources, file);
     build(description, found, registry, overrides, sources)
 }
 
@@ -79,7 +77,7 @@ pub fn load_text(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     let file = sources.add(name, text);
-    let (description, found) = resolve::resolve_with(sources, file, &overrides.variables);
+    let (description, found) = resolve::resolve(sources, file);
     build(description, found, registry, overrides, sources)
 }
 

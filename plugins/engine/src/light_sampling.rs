@@ -159,6 +159,8 @@ pub struct LightSampler {
     pub sides: Vec<Side>,
     /// Choice by power: first the emitters, then all of `lights` (whose power is 0 if only BSDF sampling finds them).
     pub choice: Discrete,
+    /// Whether an emitter depends on the time at which its light leaves: then paths count the time that their light has taken.
+    pub depends_on_time: bool,
 }
 
 impl LightSampler {

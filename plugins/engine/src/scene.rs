@@ -4,7 +4,7 @@ use crate::integrator::Integrator;
 use crate::light_sampling::{Emitter, LightSample, LightSampler};
 use crate::world::World;
 use bhs_core::camera::{CameraRay, Viewpoint};
-use bhs_core::geometry::SurfaceGeometry;
+use bhs_core::geometry::{Geometry, SurfaceGeometry};
 use bhs_core::light::Emission;
 use bhs_core::material::{Material, Shading};
 use bhs_core::observer::Observer;
@@ -193,6 +193,26 @@ impl Scene {
             axes,
             step_off: self.world.step_off(&hit),
         })
+    }
+
+    /// Adds the time that light takes along `ray`, which ended at `vertex`, to `travelled`, that from there to the camera (scene units), and shows the
+    /// emission of the vertex as it was then; nothing where no emission depends on it.
+    #[inline]
+    pub fn date(&self, vertex: &mut Vertex, ray: &Ray, travelled: &mut f64) {
+        if self.light_sampler.depends_on_time {
+            self.dated(vertex, ray, travelled);
+        }
+    }
+
+    #[cold]
+    fn dated(&self, vertex: &mut Vertex, ray: &Ray, travelled: &mut f64) {
+        *travelled += self.integrator.travel_time(&self.world, ray).unwrap_or(0.0);
+        let Some(light) = vertex.emitter.map(|e| &e.light).filter(|light| light.depends_on_time()) else { return };
+        vertex.emission_time = -*travelled;
+        // Of triangles the point alone says nothing: their patterns stay.
+        if let Geometry::Analytic(surface) = &self.world.geometries[vertex.hit.geometry as usize] {
+            vertex.emission_uv = surface.surface(light.at_time_zero(vertex.hit.point, -*travelled)).uv;
+        }
     }
 
     /// What [`Vertex::wo`] has along the shading normal, at a hit of which surface and observer are known.

@@ -22,6 +22,7 @@
 //! | `time` | float | 0 | scene | coordinate time, c = 1: when light arrives at the camera |
 //!
 //! ```bhs
+//! LookAt 0 4 -60  0 0 0  0 1 0
 //! WorldBegin
 //! BlackHole "schwarzschild" "float rs" 2
 //! AreaLightSource "thindisc" "float temperature" 8000 "float scale" 1e-5

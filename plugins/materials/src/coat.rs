@@ -3,8 +3,8 @@
 //! For a smooth coat the shares are those of Fresnel; for a rough one they are integrals over the facets, tabulated once.
 
 use crate::fresnel;
-use crate::interface::Interface;
 use crate::microfacet::Ggx;
+use crate::rough_interface::Interface;
 use bhs_core::sampling::cosine_hemisphere;
 use glam::{Vec2, Vec3};
 

@@ -4,7 +4,7 @@
 //! over that of the outside; the outside is where the surface normal points. Reflection or refraction is chosen with those
 //! shares as probabilities. Refracted radiance changes with the square of the index: `1/eta^2` for light that leaves the
 //! glass towards the camera, `eta^2` for light that enters it. Roughness makes the surface one of many small facets (see
-//! `interface`). An alpha below 0.001 counts as smooth; a texture of roughness never does.
+//! `rough_interface`). An alpha below 0.001 counts as smooth; a texture of roughness never does.
 //!
 //! Where the index depends on the wavelength, a smooth surface reflects all wavelengths of a path and refracts the first alone, which
 //! goes on for the others. A rough one refracts them all: the direction is that of one of them, drawn evenly, and counts for each as
@@ -24,8 +24,8 @@
 //! ```
 
 use crate::fresnel;
-use crate::interface::Interface;
 use crate::microfacet::Ggx;
+use crate::rough_interface::Interface;
 use crate::roughness::Facets;
 use bhs_core::Plugin;
 use bhs_core::material::{BsdfSample, Material, Shading, estimated_reflectance};

@@ -1,83 +1,66 @@
-//! A rough boundary between two dielectrics: facets that reflect and refract.
+//! `interface`: a surface that light passes straight on, or a share of it. Nothing is reflected.
 //!
-//! Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces", eqs. (16), (17), (20) and (21), with facets drawn
-//! from those that the viewer sees and masking correlated by height, as in pbrt-v4. Light that meets a second facet is lost.
+//! With an area light it is an optically thin layer that emits, a veil or a gas: what lies behind shows through it. Where nothing is taken away, it is
+//! pbrt-v4's material of this name. What is left is absorbed; the share is the same at all angles.
+//!
+//! Light behind it is found as behind smooth glass: by paths that go on through it, and not by light sampling, to which it is opaque. So a light that
+//! has no size is not seen through it. Each passage counts as a bounce of `maxdepth`.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `transmits` | spectrum, texture | 1 | | share of the light that goes on |
+//!
+//! ```bhs
+//! WorldBegin
+//! Material "interface" "float transmits" 0.6
+//! AreaLightSource "diffuse" "spectrum L" 0.4 "bool twosided" true
+//! Shape "disk" "float radius" 2
+//! ```
 
-use crate::fresnel;
-use crate::microfacet::Ggx;
-use glam::Vec3;
+use bhs_core::Plugin;
+use bhs_core::material::{BsdfSample, Material, Shading};
+use bhs_core::params::Params;
+use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_core::texture::SpectrumParameter;
+use glam::{Vec2, Vec3};
 
-/// The boundary. Directions are in the shading frame; the outside is where z > 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interface {
-    /// Refractive index of the inside over that of the outside.
-    pub eta: f32,
-    /// The distribution of facets.
-    pub facets: Ggx,
+/// The entry in the list of plugins.
+pub const PLUGIN: Plugin<dyn Material> =
+    Plugin { name: "interface", summary: "a surface that light passes straight on, or a share of it", build };
+
+struct Interface {
+    transmits: SpectrumParameter,
 }
 
-impl Interface {
-    /// The index beyond the surface over that on the side of `wo`.
-    fn relative_index(self, wo: Vec3) -> f32 {
-        if wo.z >= 0.0 { self.eta } else { 1.0 / self.eta }
+fn build(p: &Params) -> Option<Box<dyn Material>> {
+    let about = "share of the light that goes on";
+    let transmits = p.spectrum_parameter("transmits", 1.0, SpectrumRole::Reflectance, "", about);
+    Some(Box::new(Interface { transmits }))
+}
+
+impl Material for Interface {
+    fn evaluate(&self, _: &Shading, _: Vec3, _: Vec3) -> SampledSpectrum {
+        SampledSpectrum::ZERO
     }
 
-    /// The BSDF times |cos(theta_i)|, and the density with which [`Interface::sample`] chooses `wi` (1/sr).
-    pub fn evaluate(self, wo: Vec3, wi: Vec3) -> (f32, f32) {
-        let eta = self.relative_index(wo);
-        // Seen from the side of `wo`.
-        let side = Vec3::new(1.0, 1.0, wo.z.signum());
-        let (wo, wi) = (wo * side, wi * side);
-        if wo.z == 0.0 || wi.z == 0.0 {
-            return (0.0, 0.0);
-        }
-        if wi.z > 0.0 {
-            let Some(m) = (wo + wi).try_normalize() else { return (0.0, 0.0) };
-            let (reflected, _) = fresnel::dielectric(wo.dot(m).clamp(0.0, 1.0), eta);
-            let density = reflected * self.facets.mirrored_density(wo, m);
-            return (density * self.facets.shadowing(wo, wi), density);
-        }
-        let Some(m) = (wo + wi * eta).try_normalize() else { return (0.0, 0.0) };
-        let m = if m.z < 0.0 { -m } else { m };
-        let (cos_o, cos_i) = (wo.dot(m), wi.dot(m));
-        // A facet refracts from one of its sides to the other.
-        if cos_o <= 0.0 || cos_i >= 0.0 {
-            return (0.0, 0.0);
-        }
-        let (reflected, _) = fresnel::dielectric(cos_o.min(1.0), eta);
-        let across = cos_i + cos_o / eta;
-        let density = (1.0 - reflected) * self.facets.visible_density(wo, m) * -cos_i / (across * across);
-        if !density.is_finite() {
-            return (0.0, 0.0);
-        }
-        let beyond = Vec3::new(wi.x, wi.y, -wi.z);
-        (density * self.facets.shadowing(wo, beyond) / (eta * eta), density)
+    fn pdf(&self, _: &Shading, _: Vec3, _: Vec3) -> f32 {
+        0.0
     }
 
-    /// Where the facet with normal `m` (seen from the side of `wo`, as `sample_visible` draws it) sends light: the mirrored and the
-    /// refracted direction, each if it leads away from the surface on its side, and the reflected share.
-    pub fn facet(self, wo: Vec3, m: Vec3) -> (Option<Vec3>, Option<Vec3>, f32) {
-        let eta = self.relative_index(wo);
-        let side = Vec3::new(1.0, 1.0, wo.z.signum());
-        let up = wo * side;
-        let cos_o = up.dot(m).clamp(0.0, 1.0);
-        let (reflected, cos_t) = fresnel::dielectric(cos_o, eta);
-        let mirrored = fresnel::reflect(up, m);
-        let refracted = ((cos_o / eta - cos_t) * m - up / eta).normalize();
-        (
-            (mirrored.z > 0.0).then_some(mirrored * side),
-            (refracted.z < 0.0 && reflected < 1.0).then_some(refracted * side),
-            reflected,
-        )
+    fn sample(&self, at: &Shading, wo: Vec3, _: f32, _: Vec2) -> Option<BsdfSample> {
+        let weight = self.transmits.sample(at);
+        Some(BsdfSample { wi: -wo, weight, pdf: 1.0, specular: true, drops_wavelengths: false })
     }
 
-    /// Chooses a direction.
-    pub fn sample(self, wo: Vec3, choice: f32, u: glam::Vec2) -> Option<Vec3> {
-        if wo.z == 0.0 {
-            return None;
-        }
-        let m = self.facets.sample_visible(Vec3::new(wo.x, wo.y, wo.z.abs()), u);
-        let (mirrored, refracted, share) = self.facet(wo, m);
-        if choice < share { mirrored } else { refracted }
+    fn reflectance(&self, at: &Shading, _: Vec3) -> SampledSpectrum {
+        self.transmits.sample(at)
+    }
+
+    fn is_uniform(&self) -> bool {
+        self.transmits.is_uniform()
+    }
+
+    fn is_specular(&self) -> bool {
+        true
     }
 }

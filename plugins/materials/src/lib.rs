@@ -1,5 +1,5 @@
-//! Materials: what surfaces do with light. One file, one plugin; `fresnel`, `microfacet`, `roughness`, `interface`
-//! and `coat` are shared by several.
+//! Materials: what surfaces do with light. One file, one plugin; `fresnel`, `microfacet`, `roughness`,
+//! `rough_interface` and `coat` are shared by several.
 
 use bhs_core::Plugin;
 use bhs_core::material::Material;
@@ -11,10 +11,11 @@ mod dielectric;
 mod diffuse;
 mod diffusetransmission;
 pub mod fresnel;
-pub mod interface;
+mod interface;
 pub mod microfacet;
 mod mirror;
 mod mix;
+pub mod rough_interface;
 mod roughness;
 
 /// All materials.
@@ -24,6 +25,7 @@ pub const ALL: &[Plugin<dyn Material>] = &[
     dielectric::PLUGIN,
     diffuse::PLUGIN,
     diffusetransmission::PLUGIN,
+    interface::PLUGIN,
     mirror::PLUGIN,
     mix::PLUGIN,
 ];
@@ -31,5 +33,5 @@ pub const ALL: &[Plugin<dyn Material>] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["coat", "fresnel", "interface", "microfacet", "roughness"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["coat", "fresnel", "microfacet", "rough_interface", "roughness"]);
 }

@@ -1,4 +1,4 @@
-//! Textures: values that vary over surfaces. One file, one plugin; `decode` reads pictures, `mapping` places them.
+//! Textures: values that vary over surfaces. One file, one plugin; `decode` reads pictures, `mapping` places them, `noise` is what the noisy ones have in common.
 
 use bhs_core::Plugin;
 use bhs_core::texture::Texture;
@@ -6,16 +6,20 @@ use bhs_core::texture::Texture;
 mod checkerboard;
 mod constant;
 pub mod decode;
+mod fbm;
 mod imagemap;
 mod mapping;
 mod mix;
+mod noise;
 mod scale;
+mod wrinkled;
 
 /// All textures.
-pub const ALL: &[Plugin<dyn Texture>] = &[checkerboard::PLUGIN, constant::PLUGIN, imagemap::PLUGIN, mix::PLUGIN, scale::PLUGIN];
+pub const ALL: &[Plugin<dyn Texture>] =
+    &[checkerboard::PLUGIN, constant::PLUGIN, fbm::PLUGIN, imagemap::PLUGIN, mix::PLUGIN, scale::PLUGIN, wrinkled::PLUGIN];
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["decode", "mapping"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["decode", "mapping", "noise"]);
 }

@@ -48,6 +48,7 @@ impl LightTransport for Hemisphere {
         let mut throughput = SampledSpectrum::ONE;
         // Those that the path still has.
         let mut lambda = path.lambda;
+        let mut travelled = 0.0;
         for depth in 0..=self.max_depth {
             let end = scene.integrator.trace(&scene.world, &ray);
             log.counters.add_ray(&end);
@@ -65,10 +66,11 @@ impl LightTransport for Hemisphere {
                 }
                 Arrival::Captured | Arrival::OutOfSteps => break,
             };
-            let Some(vertex) = scene.vertex(hit, &lambda) else {
+            let Some(mut vertex) = scene.vertex(hit, &lambda) else {
                 log.counters.no_static_observer += 1;
                 break;
             };
+            scene.date(&mut vertex, &ray, &mut travelled);
             let found = throughput * vertex.emitted();
             if vertex.emitter.is_some() {
                 log.note(|| PathEvent::Found(found));

@@ -130,6 +130,8 @@ struct State {
     chosen: Option<Chosen>,
     /// How much less it weighs because its directions were more likely than the materials would have made them.
     guided: f32,
+    /// Time that its light takes from where the ray starts to the camera: see [`Scene::date`].
+    travelled: f64,
     /// What a guide learns from it.
     records: ArrayVec<TrainingRecord, MOST_RECORDS>,
 }
@@ -137,7 +139,8 @@ struct State {
 impl State {
     fn new(path: &PathSample) -> Self {
         let throughput = SampledSpectrum::ONE;
-        Self { ray: path.ray, throughput, lambda: path.lambda, chosen: None, guided: 1.0, records: ArrayVec::new() }
+        let (ray, lambda, records) = (path.ray, path.lambda, ArrayVec::new());
+        Self { ray, throughput, lambda, chosen: None, guided: 1.0, travelled: 0.0, records }
     }
 
     /// A direction of a matt surface by what was learned at `place`.
@@ -332,10 +335,11 @@ impl<'s> Bounce<'_, '_, 's> {
             }
             Arrival::Captured | Arrival::OutOfSteps => return None,
         };
-        let Some(vertex) = scene.vertex(hit, &state.lambda) else {
+        let Some(mut vertex) = scene.vertex(hit, &state.lambda) else {
             log.counters.no_static_observer += 1;
             return None;
         };
+        scene.date(&mut vertex, &state.ray, &mut state.travelled);
         if vertex.emitter.is_some() {
             let weight = match (connections, &state.chosen) {
                 (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.swept),

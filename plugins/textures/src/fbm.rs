@@ -1,0 +1,45 @@
+//! `fbm`: noise of many sizes, each half as large as the one before and `roughness` times as strong (fractional Brownian motion).
+//! Values lie around `offset`, mostly less than 1 away from it.
+//!
+//! Names and defaults are pbrt-v4's, but for `offset`; there the noise is of points of space, here of the texture coordinates. Where `uscale` is a whole
+//! number it has no seam between u = 1 and u = 0: around a disk, as a `modulation` of `thindisc`.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `octaves` | integer | 8 | | how many sizes of noise are added, each half of the one before |
+//! | `roughness` | float | 0.5 | | strength of each over that of the one before |
+//! | `offset` | float | 0 | | added to the sum |
+//! | `mapping` | string | "uv" | | how a point is placed |
+//! | `uscale`, `vscale` | float | 1 | | factors of u and v |
+//! | `udelta`, `vdelta` | float | 0 | | what is added to them |
+//!
+//! ```bhs
+//! WorldBegin
+//! Texture "clouds" "float" "fbm" "float uscale" 12 "float vscale" 6 "float offset" 1
+//! ```
+
+use crate::noise::Octaves;
+use bhs_core::Plugin;
+use bhs_core::material::Shading;
+use bhs_core::params::Params;
+use bhs_core::spectrum::SampledSpectrum;
+use bhs_core::texture::Texture;
+
+/// The entry in the list of plugins.
+pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "fbm", summary: "fractal noise: clouds", build };
+
+struct Noise(Octaves);
+
+fn build(p: &Params) -> Option<Box<dyn Texture>> {
+    Some(Box::new(Noise(Octaves::read(p))))
+}
+
+impl Texture for Noise {
+    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
+        SampledSpectrum::splat(self.float(at))
+    }
+
+    fn float(&self, at: &Shading) -> f32 {
+        self.0.at(at, |n| n)
+    }
+}
