@@ -55,6 +55,9 @@ pub enum Command {
         /// Print one JSON object a finding on standard output, for editors
         #[arg(long)]
         json: bool,
+        /// Numbers for its variables
+        #[command(flatten)]
+        definitions: Definitions,
     },
     /// Print a scene neatly, comments kept
     Format {
@@ -99,6 +102,17 @@ pub struct SceneArgs {
     /// Seed of all random numbers, from 0 to 9223372036854775807
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=crate::lang::LARGEST_SEED))]
     pub seed: Option<u64>,
+    /// Numbers for its variables
+    #[command(flatten)]
+    pub definitions: Definitions,
+}
+
+/// Numbers for the variables of a scene.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Definitions {
+    /// Number of the variable `$NAME`, in place of the scene's `Define`; can be repeated
+    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = crate::lang::variables::parse_definition)]
+    pub define: Vec<(String, f64)>,
 }
 
 /// `bhs render`
@@ -228,6 +242,9 @@ pub struct BenchArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+    /// Numbers for the scene's variables
+    #[command(flatten)]
+    pub definitions: Definitions,
 }
 
 /// A time in seconds.

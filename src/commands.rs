@@ -1,9 +1,9 @@
 //! What the program's commands do.
 
-use crate::cli::{Cli, SceneArgs, TraceArgs};
+use crate::cli::{Cli, Definitions, SceneArgs, TraceArgs};
 use crate::files::{self, Root};
 use crate::image::Picture;
-use crate::lang::{self, BuiltScene, Overrides, SourceMap};
+use crate::lang::{self, BuiltScene, Overrides, SourceMap, Variables};
 use crate::memory::picture::TooLarge;
 use crate::output::{OutputFile, Plan};
 use crate::registry::Registry;
@@ -128,16 +128,18 @@ fn show(found: &[Diagnostic], sources: &SourceMap, color: bool) {
 }
 
 fn overrides(args: &SceneArgs) -> Overrides {
-    Overrides { integrator: args.integrator.clone(), seed: args.seed, ..Default::default() }
+    let variables = Variables::defined(&args.definitions.define);
+    Overrides { integrator: args.integrator.clone(), seed: args.seed, variables, ..Default::default() }
 }
 
 /// `bhs check`: all that `render` would refuse without flags.
 ///
 /// # Errors
 /// If standard output is closed.
-pub fn check(scene: &Path, as_json: bool, common: &Common) -> Result<ExitStatus> {
+pub fn check(scene: &Path, definitions: &Definitions, as_json: bool, common: &Common) -> Result<ExitStatus> {
     let mut sources = common.sources();
-    let overrides = Overrides { too_large: TooLarge::Warn, ..Overrides::default() };
+    let variables = Variables::defined(&definitions.define);
+    let overrides = Overrides { too_large: TooLarge::Warn, variables, ..Overrides::default() };
     let (found, status) = match lang::load(scene, &Registry::builtin(), &overrides, &mut sources) {
         Ok(built) => {
             let mut plan = Plan::new(&sources);

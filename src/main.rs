@@ -28,7 +28,7 @@ fn run(cli: &Cli) -> Result<ExitStatus> {
     let common = &Common::of(cli)?;
     match &cli.command {
         Command::Render(args) => commands::render(args, common, &Signals::listen()),
-        Command::Check { scene, json } => commands::check(scene, *json, common),
+        Command::Check { scene, json, definitions } => commands::check(scene, definitions, *json, common),
         Command::Format { scene, write } => commands::format(scene, *write, common),
         Command::Plugins { kind, name, json } => commands::plugins(kind.as_deref(), name.as_deref(), *json),
         Command::Trace(args) => commands::trace(args, common),

@@ -149,6 +149,7 @@ const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
     ("too-many-errors", "a scene of a thousand lines: tests/limits.rs"),
     ("too-many-files", "a scene of 65,536 lines: src/lang/tests.rs"),
     ("unknown-camera", "on the command line: tests/command_line.rs"),
+    ("unused-variable", "on the command line: tests/variables.rs"),
     ("unreadable", "a scene that the grammar does not cover: there is none"),
 ];
 

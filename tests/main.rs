@@ -51,6 +51,7 @@ mod thin;
 mod tolman;
 mod tutorial;
 mod unbiased;
+mod variables;
 mod visible_surface;
 mod watertight;
 

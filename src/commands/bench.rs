@@ -2,7 +2,7 @@
 
 use super::{Common, ExitStatus, load, print, show};
 use crate::cli::BenchArgs;
-use crate::lang::{self, Overrides};
+use crate::lang::{self, Overrides, Variables};
 use crate::memory;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
 use crate::registry::Registry;
@@ -23,8 +23,9 @@ pub fn bench(args: &BenchArgs, common: &Common) -> Result<ExitStatus> {
         say!("error: `bhs bench` needs a file");
         return Ok(ExitStatus::CommandLine);
     }
+    let overrides = Overrides { variables: Variables::defined(&args.definitions.define), ..Default::default() };
     // Integrators at the scene's own resolution, which sets what they need not tell apart.
-    let Some((built, sources)) = load(&args.scene, &Overrides::default(), common) else { return Ok(ExitStatus::Fault) };
+    let Some((built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     let wanted = |what: &str| args.only.as_deref().is_none_or(|only| only == what);
     let mut files = BTreeMap::new();
     if let Some(folder) = &args.output {
@@ -53,12 +54,14 @@ pub fn bench(args: &BenchArgs, common: &Common) -> Result<ExitStatus> {
     if wanted("transports") {
         // The pictures' own resolution sets what rays need not tell apart; all of them share one scene.
         drop(built);
-        let overrides = Overrides { resolution: Some(args.resolution), ..Default::default() };
+        let variables = overrides.variables.clone();
+        let overrides = Overrides { resolution: Some(args.resolution), ..overrides };
         let Some((small, _)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
         let registry = Registry::builtin();
         let make = |overrides: &Overrides| {
             let mut sources = common.sources();
-            lang::load_method(&args.scene, &registry, overrides, &mut sources)
+            let overrides = Overrides { variables: variables.clone(), ..overrides.clone() };
+            lang::load_method(&args.scene, &registry, &overrides, &mut sources)
                 .map_err(|found| anyhow::anyhow!("{}", report::render(&found, &sources, common.color)))
         };
         measured.push(crate::bench::transports::measure(small, make, args.rounds)?);

@@ -1,7 +1,7 @@
 //! One picture of `bhs render`: from the first sample, or from a checkpoint, to its files.
 
 use super::outputs::Outputs;
-use super::replay;
+use super::replay::{self, PictureId};
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
 use crate::lang::BuiltScene;
@@ -89,7 +89,8 @@ impl Session<'_> {
             say!("error: {error:#}");
         }
         let rendered = state.rendered(ended);
-        let replay = |sample: &SampleId| replay::command(args, built.camera_name.as_deref(), sample);
+        let picture = PictureId { camera: built.camera_name.as_deref(), variables: &built.variables, seed: args.scene_args.seed };
+        let replay = |sample: &SampleId| replay::command(args, picture, sample);
         let (count, first) = (rendered.counters.not_finite, &rendered.not_finite);
         not_finite::warnings(count, first, &rendered.frame, built.seed, replay).iter().for_each(|line| say!("{line}"));
         let kept = outputs.write(built, &rendered, phases, args.quiet, rescue);

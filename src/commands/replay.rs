@@ -10,8 +10,19 @@ use crate::{replay, say};
 use anyhow::Result;
 use std::borrow::Cow;
 
-/// The command that replays a sample of the render that `args` describe, seen through the camera of that name.
-pub(super) fn command(args: &RenderArgs, camera: Option<&str>, id: &SampleId) -> String {
+/// Which of the pictures of a command a sample is of.
+#[derive(Clone, Copy, Default)]
+pub(super) struct PictureId<'a> {
+    /// Name of its camera.
+    pub camera: Option<&'a str>,
+    /// The variables of its scene that come from outside.
+    pub variables: &'a [(String, f64)],
+    /// Its seed, if it is not the scene's.
+    pub seed: Option<u64>,
+}
+
+/// The command that replays a sample of one of the pictures that `args` describe.
+pub(super) fn command(args: &RenderArgs, picture: PictureId, id: &SampleId) -> String {
     let mut words = vec!["bhs render".to_owned(), quoted(&args.scene.to_string_lossy()).into_owned()];
     let mut flag = |name: &str, value: Option<String>| {
         if let Some(value) = value {
@@ -22,8 +33,11 @@ pub(super) fn command(args: &RenderArgs, camera: Option<&str>, id: &SampleId) ->
     flag("pixel", Some(format!("{x},{y}")));
     flag("sample", Some(sample.to_string()));
     // Whatever changes what a sample finds.
-    flag("camera", camera.map(str::to_owned));
-    flag("seed", args.scene_args.seed.map(|n| n.to_string()));
+    flag("camera", picture.camera.map(str::to_owned));
+    flag("seed", picture.seed.map(|n| n.to_string()));
+    for (name, value) in picture.variables {
+        flag("define", Some(format!("{name}={value}")));
+    }
     flag("integrator", args.scene_args.integrator.clone());
     flag("transport", args.transport.clone());
     flag("spp", args.spp.map(|n| n.to_string()));
@@ -110,14 +124,16 @@ mod tests {
                      --quiet --threads 2 --aov depth -o x.exr";
         let args = parse(&words.split_whitespace().collect::<Vec<_>>());
         let id = SampleId { pixel: [3, 5], sample: 7 };
-        let said = command(&args, Some("left"), &id);
+        let variables = [("x".to_owned(), -0.1)];
+        let said = command(&args, PictureId { camera: Some("left"), variables: &variables, seed: args.scene_args.seed }, &id);
         assert_eq!(
             said,
-            "bhs render room.bhs --pixel 3,5 --sample 7 --camera left --seed 9 --integrator straight --transport path --spp 4 \
-             --resolution 8x6 --crop 0,0.5,0,1 --quick"
+            "bhs render room.bhs --pixel 3,5 --sample 7 --camera left --seed 9 --define x=-0.1 --integrator straight \
+             --transport path --spp 4 --resolution 8x6 --crop 0,0.5,0,1 --quick"
         );
         let again = parse(&said.split_whitespace().collect::<Vec<_>>());
         assert_eq!((again.pixel, again.sample, again.camera.as_deref()), (Some([3, 5]), Some(7), Some("left")));
+        assert_eq!(again.scene_args.definitions.define, variables);
         assert_eq!(quoted("it's a room.bhs"), r"'it'\''s a room.bhs'");
     }
 }

@@ -66,6 +66,8 @@ pub struct BuiltScene {
     pub seed: u64,
     /// A hash of all that the scene has read, texts, meshes, pictures and spectra: 64 hexadecimal digits.
     pub hash: String,
+    /// The variables that the scene reads and that come from outside, with their numbers.
+    pub variables: Vec<(String, f64)>,
     /// What was loaded.
     pub load: LoadCounters,
     /// What the user should know; no errors.
@@ -103,6 +105,7 @@ pub fn build(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     sources.hash_texts();
+    sources.hash_variables(&description.variables.read);
     let camera_given = !description.cameras.is_empty();
     let mut settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
 
@@ -217,6 +220,7 @@ pub fn build(
             intersector_name: intersector.value,
             seed,
             hash: sources.scene_hash(),
+            variables: description.variables.read,
             load: a.load,
             warnings: found,
         }),

@@ -1,6 +1,7 @@
 //! A scene as plain data: what is to be built, with transforms and attributes resolved and no plugin made yet.
 
 use crate::lang::defaults::{AttributeParam, Defaults};
+use crate::lang::variables::GivenVariables;
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::spacetime::Side;
 use bhs_core::value::Param;
@@ -140,6 +141,8 @@ pub struct SceneDescription {
     pub objects: Vec<ObjectEntity>,
     /// Where they stand, in the order of the scene.
     pub instances: Vec<InstanceEntity>,
+    /// What the scene is given from outside.
+    pub variables: GivenVariables,
     /// Whether an included file could not be read, so that what is missing here may be in there.
     pub incomplete: bool,
 }

@@ -76,7 +76,7 @@ pub fn load_labelled(
     sources: &mut SourceMap,
 ) -> Result<(BuiltScene, Labels), Vec<Diagnostic>> {
     let file = sources.open(path).map_err(|d| vec![*d])?;
-    let (description, found) = resolve::resolve(sources, file);
+    let (description, found) = resolve::resolve_with(sources, file, &overrides.variables);
     let labels = Labels::of(&description);
     Ok((build(description, found, registry, overrides, sources)?, labels))
 }

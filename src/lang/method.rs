@@ -34,7 +34,7 @@ pub fn load_method(
     sources: &mut SourceMap,
 ) -> Result<Method, Vec<Diagnostic>> {
     let file = sources.open(path).map_err(|d| vec![*d])?;
-    let (mut description, mut found) = resolve::resolve(sources, file);
+    let (mut description, mut found) = resolve::resolve_with(sources, file, &overrides.variables);
     let settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
     let context = bare_context(sources, registry.spectra());
     let (seed, _) = build::build_options(&settings.options, registry, context, sources, &mut found);

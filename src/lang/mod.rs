@@ -36,6 +36,7 @@ mod spacetime;
 #[cfg(test)]
 mod tests;
 pub mod transform;
+pub mod variables;
 
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
@@ -45,6 +46,7 @@ pub use method::{Method, load_method};
 pub use overrides::Overrides;
 pub use seed::LARGEST_SEED;
 pub use source::SourceMap;
+pub use variables::Variables;
 
 use crate::registry::Registry;
 use bhs_core::diagnostics::{Diagnostic, Severity};
@@ -61,7 +63,7 @@ pub fn load(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     let file = sources.open(path).map_err(|d| vec![*d])?;
-    let (description, found) = resolve::resolve(sources, file);
+    let (description, found) = resolve::resolve_with(sources, file, &overrides.variables);
     build(description, found, registry, overrides, sources)
 }
 
@@ -77,7 +79,7 @@ pub fn load_text(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     let file = sources.add(name, text);
-    let (description, found) = resolve::resolve(sources, file);
+    let (description, found) = resolve::resolve_with(sources, file, &overrides.variables);
     build(description, found, registry, overrides, sources)
 }
 

@@ -6,6 +6,7 @@
 use crate::lang::defaults::Defaults;
 use crate::lang::description::{CameraEntity, Entity, SceneDescription};
 use crate::lang::source::SourceMap;
+use crate::lang::variables::{Origin, Unread, Variables};
 use crate::memory::picture::TooLarge;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
@@ -46,6 +47,8 @@ pub struct Overrides {
     /// A preview: the picture reduced, keeping its shape, to at most [`QUICK_SIDE`] pixels on its longer side, and to at most
     /// [`QUICK_SAMPLES`] samples a pixel. `spp` and `resolution` win over it.
     pub quick: bool,
+    /// Numbers for the scene's variables.
+    pub variables: Variables,
     /// Whether the camera does not matter, so that it may stand anywhere.
     pub without_camera: bool,
     /// What is done about a picture that is too large for the memory that there is.
@@ -153,6 +156,8 @@ impl Settings {
         found: &mut Vec<Diagnostic>,
     ) -> Self {
         let mut flags = Flags::new(sources);
+        let unread = std::mem::take(&mut scene.variables.unread);
+        found.extend(unread.iter().map(|unread| overrides.unread_variable(unread, &mut flags)));
         found.extend(overrides.choose_camera(&mut scene.cameras, &mut flags));
         overrides.replace_plugins(scene, registry, &mut flags);
         let quick = if overrides.quick { flags.word("--quick") } else { Span::default() };
@@ -202,6 +207,23 @@ impl Overrides {
             None => format!("there is {}", names.join(", ")),
         };
         Some(Diagnostic::error("unknown-camera", format!("the scene has no camera `{wanted}`")).at(span, "").help(help))
+    }
+
+    /// What is said of a variable that nothing reads. Who types one wants it to do something; a file of keys may serve several scenes.
+    fn unread_variable(&self, unread: &Unread, flags: &mut Flags) -> Diagnostic {
+        let Unread { name, origin, near } = unread;
+        let found = match origin {
+            Origin::Keys => {
+                let message = format!("the column `{name}` of the keys moves nothing: the scene has no `${name}`");
+                Diagnostic::warning("unused-variable", message)
+            }
+            Origin::CommandLine | Origin::Frame => {
+                let value = self.variables.find(name).map_or(0.0, |(value, _)| value);
+                let span = flags.flag("-D", &format!("{name}={value}"));
+                Diagnostic::error("unused-variable", format!("nothing in the scene reads `${name}`")).at(span, "changes nothing")
+            }
+        };
+        found.maybe_help(near.as_ref().map(|near| format!("did you mean `{near}`?")))
     }
 
     fn replace_plugins(&self, scene: &mut SceneDescription, registry: &Registry, flags: &mut Flags) {

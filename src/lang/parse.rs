@@ -2,7 +2,7 @@
 //!
 //! Reading never stops: what is at fault is reported where it opens, left out, and the next directive is read.
 
-use crate::lang::ast::{Arg, Directive};
+use crate::lang::ast::{Arg, Directive, Holder, Reference};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
 use bhs_core::value::{Param, ParamType, Values};
 use grammar::{Grammar, Rule};
@@ -11,6 +11,8 @@ use pest::iterators::Pair;
 
 mod plain;
 mod values;
+
+pub(crate) use values::{is_variable_name, read_number};
 
 /// The parser that pest makes from the grammar.
 mod grammar {
@@ -48,7 +50,7 @@ pub struct Directives<'t> {
 impl<'t> Directives<'t> {
     /// Starts at the beginning of `text`, which is file number `file`.
     pub fn new(text: &'t str, file: u16) -> Self {
-        Self { lower: Lower { text, file, base: 0, faults: Vec::new(), count: 0, keywords: &[] }, position: 0, by_grammar: false }
+        Self { lower: Lower::new(text, file), position: 0, by_grammar: false }
     }
 
     /// The same, with `keywords` as the words that are suggested in place of one that is unknown.
@@ -125,9 +127,19 @@ struct Lower<'t> {
     count: usize,
     /// Words that begin directives.
     keywords: &'static [&'static str],
+    /// The variables among the values that are being read.
+    references: Vec<Reference>,
 }
 
-impl Lower<'_> {
+impl<'t> Lower<'t> {
+    fn new(text: &'t str, file: u16) -> Self {
+        Self { text, file, base: 0, faults: Vec::new(), count: 0, keywords: &[], references: Vec::new() }
+    }
+
+    /// The variables that have been read since this was last asked, as those of `of`.
+    fn take_references(&mut self, of: Holder) -> impl Iterator<Item = Reference> {
+        std::mem::take(&mut self.references).into_iter().map(move |r| Reference { of, ..r })
+    }
     fn span(&self, pair: &Pair<Rule>) -> Span {
         let span = pair.as_span();
         self.range(span.start(), span.end())
@@ -159,8 +171,7 @@ impl Lower<'_> {
 
     fn lower_directive(&mut self, pair: Pair<Rule>) -> Directive {
         let span = self.span(&pair);
-        let mut directive =
-            Directive { keyword: Spanned::new(String::new(), span), args: Vec::new(), params: Vec::new(), span, faulty: false };
+        let mut directive = Directive::new(Spanned::new(String::new(), span));
         let mut surplus = false;
         // The grammar's own span may go on to the blanks after it.
         directive.span.end = directive.span.start;
@@ -193,7 +204,7 @@ impl Lower<'_> {
                     }
                     false
                 }
-                Rule::number | Rule::boolean | Rule::list | Rule::string if !directive.params.is_empty() => {
+                Rule::number | Rule::variable | Rule::boolean | Rule::list | Rule::string if !directive.params.is_empty() => {
                     surplus = true;
                     if !follows_surplus {
                         self.lower_surplus(part, &directive);
@@ -233,6 +244,7 @@ impl Lower<'_> {
         let span = self.span(&pair);
         match self.lower_values(pair) {
             Some(values) => {
+                directive.references.extend(self.take_references(Holder::Arg(directive.args.len())));
                 directive.args.push(Arg { values, span });
                 true
             }
@@ -291,6 +303,7 @@ impl Lower<'_> {
             return false;
         };
         let (values, span) = (quoted_bools(ty, values.value), values.span);
+        directive.references.extend(self.take_references(Holder::Param(directive.params.len())));
         directive.params.push(Param { ty: Spanned::new(ty, word.span), name, values, span });
         true
     }

@@ -9,6 +9,7 @@ use crate::lang::parse::{self, Directives, MAX_ERRORS};
 use crate::lang::resolve::attributes::Attributes;
 use crate::lang::source::SourceMap;
 use crate::lang::transform;
+use crate::lang::variables::Variables;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
 use bhs_core::spacetime::Side;
 use glam::DAffine3;
@@ -19,15 +20,22 @@ mod attributes;
 mod call;
 pub(crate) mod directives;
 mod objects;
+mod variables;
 mod views;
 
 use directives::Section;
+use variables::Scope;
 
 /// `AttributeBegin` within `AttributeBegin` that are allowed.
 pub const MAX_ATTRIBUTE_DEPTH: usize = 1000;
 
 /// Runs the directives of file number `file` and of all that it includes.
 pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Diagnostic>) {
+    resolve_with(sources, file, &Variables::default())
+}
+
+/// As [`resolve`], with numbers from outside for the scene's variables.
+pub fn resolve_with(sources: &mut SourceMap, file: u16, given: &Variables) -> (SceneDescription, Vec<Diagnostic>) {
     let mut resolver = Resolver {
         sources,
         found: Vec::new(),
@@ -51,6 +59,7 @@ pub fn resolve(sources: &mut SourceMap, file: u16) -> (SceneDescription, Vec<Dia
         named: BTreeMap::new(),
         pending: Vec::new(),
         world: None,
+        variables: Scope::new(given),
         directives: 0,
         errors: ErrorCount::default(),
         ended: false,
@@ -106,6 +115,7 @@ pub(crate) struct Resolver<'s> {
     pub(super) pending: Vec<(usize, Spanned<String>)>,
     /// Where the world begins.
     pub(super) world: Option<Span>,
+    variables: Scope<'s>,
     pub(super) directives: usize,
     pub(super) errors: ErrorCount,
     /// Whether there are so many errors that the rest is not read.
@@ -117,13 +127,16 @@ impl Resolver<'_> {
     pub(super) fn file(&mut self, file: u16) {
         let Some(text) = self.sources.get(file).map(|s| Arc::clone(&s.text)) else { return };
         let mut directives = Directives::new(&text, file).suggesting(directives::KEYWORDS);
-        while let Some(directive) = directives.next() {
+        while let Some(mut directive) = directives.next() {
             self.found.extend(directives.take_faults());
             if self.ended {
                 return;
             }
             self.directives += 1;
             let end = directive.span.end;
+            if !directive.references.is_empty() {
+                self.substitute(&mut directive);
+            }
             self.directive(directive);
             if self.errors.count(&self.found) >= MAX_ERRORS && !self.ended {
                 self.found.push(parse::too_many(file, end));
@@ -225,6 +238,7 @@ impl Resolver<'_> {
             }
         }
         self.finish_objects();
+        self.finish_variables();
         self.warn_unused();
     }
 

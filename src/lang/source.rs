@@ -149,6 +149,14 @@ impl SourceMap {
         self.sources.iter().for_each(|source| self.hash_content(source.text.as_bytes()));
     }
 
+    /// Adds the numbers to the hash that the scene is given from outside. Without any it stays as it is.
+    pub(crate) fn hash_variables(&self, given: &[(String, f64)]) {
+        for (name, value) in given {
+            self.hash_content(name.as_bytes());
+            self.hash_content(&value.to_le_bytes());
+        }
+    }
+
     /// A hash of the scene: of its texts, and then of the content of all other files that it has read, in the order of reading, as
     /// hexadecimal digits (BLAKE3, 256 bits). Their names are no part of it.
     pub(crate) fn scene_hash(&self) -> String {

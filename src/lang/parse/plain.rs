@@ -5,30 +5,33 @@
 //! many mutations). Whatever is at fault, or only unusual, is left to the grammar: the answer is `None`.
 
 use super::quoted_bools;
-use crate::lang::ast::{Arg, Directive};
+use super::values::{read_number, reference};
+use crate::lang::ast::{Arg, Directive, Holder, Reference};
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::value::{Param, ParamType, Values};
 
 /// The directive at the byte `from` of `text`, which is file number `file`; blanks and comments may stand before it.
 pub(super) fn directive(text: &str, from: usize, file: u16) -> Option<Directive> {
-    let mut reader = Reader { text, at: from, file };
+    let mut reader = Reader { text, at: from, file, references: Vec::new() };
     reader.skip();
-    let keyword = reader.keyword()?;
-    let mut directive = Directive { span: keyword.span, keyword, args: Vec::new(), params: Vec::new(), faulty: false };
+    let mut directive = Directive::new(reader.keyword()?);
     loop {
         directive.span.end = reader.at as u32;
         reader.skip();
         match reader.peek() {
-            None => return Some(directive),
+            None => break,
             Some(b'A'..=b'Z') => {
                 // The next directive begins here, if it is one.
                 reader.keyword()?;
-                return Some(directive);
+                break;
             }
             Some(b'"') => {
                 let text = reader.string()?;
                 match declaration(&text) {
-                    Some((ty, name)) => directive.params.push(reader.parameter(ty, name)?),
+                    Some((ty, name)) => {
+                        let of = Holder::Param(directive.params.len());
+                        directive.params.push(reader.parameter(ty, name, of)?);
+                    }
                     // After a parameter there can only be another one.
                     None if directive.params.is_empty() => {
                         let span = text.span;
@@ -39,12 +42,14 @@ pub(super) fn directive(text: &str, from: usize, file: u16) -> Option<Directive>
                 }
             }
             Some(_) if directive.params.is_empty() => {
-                let (values, span) = reader.value()?;
+                let (values, span) = reader.value(Holder::Arg(directive.args.len()))?;
                 directive.args.push(Arg { values, span });
             }
             Some(_) => return None,
         }
     }
+    directive.references = reader.references;
+    Some(directive)
 }
 
 /// Type word and name of `"type name"`, if that is what a text is.
@@ -77,6 +82,8 @@ struct Reader<'t> {
     text: &'t str,
     at: usize,
     file: u16,
+    /// The variables that have been read.
+    references: Vec<Reference>,
 }
 
 impl<'t> Reader<'t> {
@@ -132,8 +139,8 @@ impl<'t> Reader<'t> {
         Some(Spanned::new(&self.text[start + 1..end], self.span(start)))
     }
 
-    /// What follows a declaration.
-    fn parameter(&mut self, ty: Spanned<&str>, name: Spanned<&str>) -> Option<Param> {
+    /// What follows a declaration: the values of `of`.
+    fn parameter(&mut self, ty: Spanned<&str>, name: Spanned<&str>, of: Holder) -> Option<Param> {
         let ty = Spanned::new(ParamType::from_word(ty.value)?, ty.span);
         let name = Spanned::new(name.value.to_owned(), name.span);
         self.skip();
@@ -145,36 +152,36 @@ impl<'t> Reader<'t> {
                 }
                 (Values::Strings(vec![Spanned::new(text.value.to_owned(), text.span)]), text.span)
             }
-            _ => self.value()?,
+            _ => self.value(of)?,
         };
         Some(Param { values: quoted_bools(ty.value, values), ty, name, span })
     }
 
-    /// A list, a number, or `true` or `false`.
-    fn value(&mut self) -> Option<(Values, Span)> {
+    /// A list, a number, or `true` or `false`: the values of `of`.
+    fn value(&mut self, of: Holder) -> Option<(Values, Span)> {
         let start = self.at;
         if self.peek()? == b'[' {
-            let values = self.list()?;
+            let values = self.list(of)?;
             return Some((values, self.span(start)));
         }
         let values = match self.word() {
             "true" => Values::Bools(vec![true]),
             "false" => Values::Bools(vec![false]),
             word => {
-                let (value, whole) = number(word)?;
+                let (value, whole) = self.number(word, of, 0)?;
                 Values::Numbers { values: vec![value], whole }
             }
         };
         Some((values, self.span(start)))
     }
 
-    fn list(&mut self) -> Option<Values> {
+    fn list(&mut self, of: Holder) -> Option<Values> {
         self.at += 1;
         self.skip();
         match self.peek()? {
             b'"' => self.strings(),
             b't' | b'f' => self.bools(),
-            _ => self.numbers(),
+            _ => self.numbers(of),
         }
     }
 
@@ -209,14 +216,15 @@ impl<'t> Reader<'t> {
         Some(Values::Bools(bools))
     }
 
-    fn numbers(&mut self) -> Option<Values> {
+    fn numbers(&mut self, of: Holder) -> Option<Values> {
         // Counted first: a large mesh is not to be moved as it grows. Comments make the count too large, which does no harm.
         let inside = self.rest().split(|b| matches!(b, b']' | b'[' | b'"')).next()?;
         let starts = inside.windows(2).filter(|w| is_blank(w[0]) && !is_blank(w[1])).count();
         let mut values = Vec::with_capacity(starts + 1);
         let mut all_whole = true;
         while self.peek()? != b']' {
-            let (value, whole) = number(self.word())?;
+            let word = self.word();
+            let (value, whole) = self.number(word, of, values.len())?;
             all_whole &= whole;
             values.push(value);
             self.skip();
@@ -224,9 +232,15 @@ impl<'t> Reader<'t> {
         self.at += 1;
         Some(Values::Numbers { values, whole: all_whole })
     }
-}
 
-/// A finite number, and whether it is written as an integer.
-fn number(word: &str) -> Option<(f64, bool)> {
-    super::values::read_number(word).filter(|(value, _)| value.is_finite())
+    /// The finite number that `word`, which has just been read, is, and whether it is written as an integer; or the variable, which is
+    /// noted as number `index` of `of`.
+    fn number(&mut self, word: &str, of: Holder, index: usize) -> Option<(f64, bool)> {
+        if let Some(number) = read_number(word) {
+            return Some(number).filter(|(value, _)| value.is_finite());
+        }
+        let reference = reference(word, self.span(self.at - word.len()), index)?;
+        self.references.push(Reference { of, ..reference });
+        Some((0.0, true))
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::Lower;
 use super::grammar::Rule;
+use crate::lang::ast::{Holder, Reference};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, shorten};
 use bhs_core::value::{ParamType, Values};
 use pest::iterators::Pair;
@@ -13,8 +14,9 @@ impl Lower<'_> {
     /// A value or a list of values.
     pub(super) fn lower_values(&mut self, pair: Pair<Rule>) -> Option<Values> {
         let span = self.span(&pair);
+        self.references.clear();
         match pair.as_rule() {
-            Rule::number => {
+            Rule::number | Rule::variable => {
                 let mut numbers = Numbers::default();
                 self.lower_number(pair.as_str(), span, &mut numbers);
                 (numbers.faults == 0).then_some(Values::Numbers { values: numbers.values, whole: numbers.whole })
@@ -138,6 +140,11 @@ impl Lower<'_> {
     }
 
     fn lower_number(&mut self, word: &str, at: Span, into: &mut Numbers) {
+        if let Some(reference) = reference(word, at, into.values.len()) {
+            self.references.push(reference);
+            into.values.push(0.0);
+            return;
+        }
         match read_number(word) {
             Some((value, whole)) if value.is_finite() => {
                 into.whole &= whole;
@@ -176,6 +183,10 @@ impl Lower<'_> {
                 let help = format!("text stands in straight double quotes: \"{bare}\"");
                 (format!("expected a value, found `{shown}`"), help)
             }
+            _ if word.trim_start_matches(['+', '-']).starts_with('$') => {
+                let help = "such as $radius or -$radius; names have letters, digits and `_`, and begin with none of the digits";
+                (format!("`{shown}` does not name a variable"), help.to_owned())
+            }
             _ if word.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
                 (format!("`{shown}` is not a number"), "numbers look like 1, -0.5 or 2e-3".to_owned())
             }
@@ -209,7 +220,7 @@ impl Default for Numbers {
 }
 
 /// The number that `word` is, which may be too large to be finite, and whether it is written as an integer.
-pub(super) fn read_number(word: &str) -> Option<(f64, bool)> {
+pub(crate) fn read_number(word: &str) -> Option<(f64, bool)> {
     // Rust would read `inf` and `nan` too; of these characters it reads exactly the grammar's numbers.
     let mut whole = true;
     for b in word.bytes() {
@@ -220,4 +231,18 @@ pub(super) fn read_number(word: &str) -> Option<(f64, bool)> {
         }
     }
     Some((word.parse().ok()?, whole))
+}
+
+/// The variable that `word`, at `at`, is: number `index` of its list. Whose list it is, is not known here.
+pub(super) fn reference(word: &str, at: Span, index: usize) -> Option<Reference> {
+    let unsigned = word.strip_prefix(['+', '-']).unwrap_or(word);
+    let name = unsigned.strip_prefix('$').filter(|name| is_variable_name(name))?;
+    let name = Spanned::new(name.to_owned(), at);
+    Some(Reference { of: Holder::Arg(0), index, name, negative: word.starts_with('-') })
+}
+
+/// Whether a variable may be called so.
+pub(crate) fn is_variable_name(name: &str) -> bool {
+    let inner = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    name.starts_with(|c: char| inner(c) && !c.is_ascii_digit()) && name.chars().all(inner)
 }

@@ -41,7 +41,7 @@ impl Call {
 impl Resolver<'_> {
     /// Checks the arguments of a directive; `None` if it cannot be run.
     pub(super) fn call(&mut self, row: &Row, directive: Directive) -> Option<Call> {
-        let Directive { keyword, args, params, span, faulty } = directive;
+        let Directive { keyword, args, params, span, faulty, .. } = directive;
         let word = row.keyword;
         let mut call = Call {
             keyword: keyword.span,
@@ -73,7 +73,7 @@ impl Resolver<'_> {
                     return None;
                 }
             }
-            Takes::Name | Takes::NameAndParams => match args.peek().map(|a| &a.values) {
+            Takes::Name | Takes::NameAndParams | Takes::NameAndNumber => match args.peek().map(|a| &a.values) {
                 Some(Values::Strings(texts)) if texts.len() == 1 => {
                     if let Some(Values::Strings(mut texts)) = args.next().map(|a| a.values) {
                         call.name = texts.pop()?;
@@ -107,6 +107,19 @@ impl Resolver<'_> {
                         }
                         return None;
                     }
+                }
+            }
+        }
+
+        if row.takes == Takes::NameAndNumber {
+            match args.next().map(|arg| arg.values) {
+                Some(Values::Numbers { values, .. }) if values.len() == 1 => call.numbers = values,
+                _ => {
+                    if !faulty {
+                        let help = format!("such as {word} \"{}\" 2.5", directives::example_name(word));
+                        self.error("missing-value", format!("`{word}` needs a number after the name"), call.name.span, "", help);
+                    }
+                    return None;
                 }
             }
         }

@@ -33,6 +33,8 @@ pub(crate) enum Takes {
     Numbers(usize),
     /// A text.
     Name,
+    /// A text and a number.
+    NameAndNumber,
     /// A text, then parameters.
     NameAndParams,
     /// Three texts (a name, a type, the name of a plugin), then parameters.
@@ -65,6 +67,7 @@ pub(crate) const DIRECTIVES: &[Row] = &[
     row("ConcatTransform", Section::Both, Takes::Numbers(16), |r, c| r.concat_transform(c)),
     row("CoordSysTransform", Section::Both, Takes::Name, |r, c| r.coord_sys_transform(c)),
     row("CoordinateSystem", Section::Both, Takes::Name, |r, c| r.coordinate_system(c)),
+    row("Define", Section::Options, Takes::NameAndNumber, |r, c| r.define(c)),
     row("Film", Section::Options, Takes::NameAndParams, |r, c| r.film(c)),
     row("Identity", Section::Both, Takes::Nothing, |r, c| r.identity(c)),
     row("Include", Section::Both, Takes::Name, |r, c| r.include(c)),
@@ -125,6 +128,7 @@ pub(crate) fn example_name(keyword: &str) -> &'static str {
         "BlackHole" | "Spacetime" => "schwarzschild",
         "Camera" => "perspective",
         "ColorSpace" => "srgb",
+        "Define" => "radius",
         "Film" => "rgb",
         "Include" => "file.bhs",
         "Integrator" => "straight",
