@@ -75,6 +75,7 @@ impl std::fmt::Display for FalseColor<'_> {
         let unit = match format.unit {
             "" => String::new(),
             "scene" => " scene units".to_owned(),
+            "scene^2" => " square scene units".to_owned(),
             unit => format!(" {unit}"),
         };
         let colors = if format.channels.len() == 1 { "dark blue to yellow" } else { "red, green, blue" };

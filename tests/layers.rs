@@ -4,6 +4,10 @@ use crate::common;
 use bhs::lang::Overrides;
 use bhs::layers::LayerPicture;
 use bhs::registry::Registry;
+use bhs_core::ray::{Arrival, Ray};
+use bhs_engine::layer::VisibleSurface;
+use bhs_layers::orbit::Constants;
+use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 const RELATIVITY: &str = r#""impactparameter" "sweptangle" "closestapproach" "winding" "redshift" "queries" "outcome""#;
@@ -42,11 +46,11 @@ fn scalars(text: &str) -> Vec<Option<f64>> {
     first(text).into_iter().map(|v| v.map(|v| v[0])).collect()
 }
 
-/// `integral du / sqrt(1/b^2 - u^2 + u^3)` from `u0` to `u1` by the midpoint rule; `turn` is a zero of the root at one of the ends, where
-/// the substitution `u = turn - s^2` takes its singularity away.
-fn swept(b: f64, u0: f64, u1: f64, turn: Option<f64>) -> f64 {
+/// `integral of weight(u) du / sqrt(1/b^2 - u^2 + u^3)` from `u0` to `u1` by the midpoint rule; `turn` is a zero of the root at one of the ends,
+/// where the substitution `u = turn - s^2` takes its singularity away.
+fn along_orbit(b: f64, u0: f64, u1: f64, turn: Option<f64>, weight: impl Fn(f64) -> f64) -> f64 {
     let n = 200_000;
-    let p = |u: f64| (1.0 / (b * b) - u * u + u * u * u).sqrt();
+    let p = |u: f64| (1.0 / (b * b) - u * u + u * u * u).sqrt() / weight(u);
     let rule = |from: f64, to: f64, f: &dyn Fn(f64) -> f64| {
         let h = (to - from) / f64::from(n);
         (0..n).map(|i| f(from + (f64::from(i) + 0.5) * h)).sum::<f64>() * h
@@ -55,6 +59,11 @@ fn swept(b: f64, u0: f64, u1: f64, turn: Option<f64>) -> f64 {
         None => rule(u0, u1, &|u| 1.0 / p(u)),
         Some(t) => rule((t - u1).max(0.0).sqrt(), (t - u0).sqrt(), &|s| 2.0 * s / p(t - s * s)),
     }
+}
+
+/// The angle swept there.
+fn swept(b: f64, u0: f64, u1: f64, turn: Option<f64>) -> f64 {
+    along_orbit(b, u0, u1, turn, |_| 1.0)
 }
 
 /// The periapsis of a ray of impact parameter `b` > b_crit, as u = 1/r, by bisection of the first integral.
@@ -96,6 +105,95 @@ fn orbits_have_the_angle_the_parameter_and_the_periapsis_of_their_first_integral
         assert!(found[5].is_some_and(|q| q >= 1.0));
         assert_eq!(found[6], Some(1.0), "hits the shell");
     }
+}
+
+#[test]
+fn light_is_late_by_its_first_integral() {
+    // dt/dphi = r^2 / (b f), along the orbit as above; r0 = 4, out to the shell at 5.
+    let (r0, f) = (4.0f64, |u: f64| 1.0 - u);
+    for theta in [0.4f64, 1.5, 2.0, 2.45] {
+        let b = r0 * theta.sin() / f(1.0 / r0).sqrt();
+        let time = |from: f64, to: f64, turn: Option<f64>| along_orbit(b, from, to, turn, |u| 1.0 / (b * u * u * f(u)));
+        let expected = if theta > 0.5 * PI {
+            let turn = turning_point(b);
+            time(0.25, turn, Some(turn)) + time(0.2, turn, Some(turn))
+        } else {
+            time(0.2, 0.25, None)
+        };
+        let found = scalars(&ray(r0, theta, "\"traveltime\"", HOLE, SHELL))[0].expect("it comes from the shell");
+        assert!((found / expected - 1.0).abs() < 2e-6, "theta {theta}: {found}, expected {expected}");
+    }
+    assert_eq!(scalars(&ray(4.0, 2.0, "\"traveltime\"", HOLE, "")), [None], "light from the sky takes for ever");
+    assert_eq!(scalars(&ray(4.0, 2.9, "\"traveltime\"", HOLE, SHELL)), [None], "and from the horizon");
+    let flat = scalars(&ray(4.0, PI, "\"traveltime\"", "", SHELL))[0].expect("it comes from the shell");
+    assert!((flat - 9.0).abs() < 1e-9, "{flat}");
+}
+
+#[test]
+fn light_that_arrives_has_the_constants_of_its_orbit() {
+    let of = |hole: &str, from: [f64; 3], local: [f64; 3]| {
+        let [x, y, z] = from;
+        let to: Vec<String> = (0..3).map(|i| (from[i] + local[i]).to_string()).collect();
+        let text = format!(
+            "LookAt {x} {y} {z}  {}  0.1 0.2 1  Camera \"perspective\" \"float fov\" 1e-6
+             Film \"rgb\" \"integer xresolution\" 1 \"integer yresolution\" 1 \"string layers\" [\"angularmomentum\" \"carter\" \"impactparameter\"]
+             Sampler \"sobol\" \"integer pixelsamples\" 1 LightTransport \"normals\" WorldBegin {hole} LightSource \"infinite\"",
+            to.join(" ")
+        );
+        let found = scalars(&text);
+        [0, 1, 2].map(|i| found[i].expect("all rays have these"))
+    };
+    let close = |found: f64, right: f64, what: &str| {
+        assert!((found - right).abs() < 1e-7 * right.abs().max(1.0), "{what}: {found} is {right}")
+    };
+    // A static eye on the equator of a spin of 0.9, at x = 12: L/E of the light that arrives, from Kerr-Schild coordinates. Q = p_theta^2 there, which
+    // the eye measures: r l_z / N.
+    let kerr = "BlackHole \"kerr\" \"float rs\" 2 \"float spin\" 0.9 \"vector3 axis\" [0 0 1]";
+    for (local, l) in [
+        ([-1.0, -0.45, 0.2], 5.130726638629703f64),
+        ([-1.0, -0.1, 0.6], 0.943423103976243),
+        ([-1.0, 0.62, 0.1], -7.088375348045848),
+    ] {
+        let r = (144.0 - 0.81f64).sqrt();
+        let q = (r * local[2]).powi(2) / local.iter().map(|c| c * c).sum::<f64>() / (1.0 - 2.0 / r);
+        let found = of(kerr, [12.0, 0.0, 0.0], local);
+        for (found, right) in found.into_iter().zip([l, q, (l * l + q).sqrt()]) {
+            close(found, right, &format!("{local:?}"));
+        }
+    }
+    // Without spin, L is about +y: b^2 = L^2 + Q, and the light moves against the look.
+    let f = 1.0 - 1.0 / 4.0;
+    let [l, q, b] = of(HOLE, [0.0, 0.0, 4.0], [0.6, 0.0, -0.8]);
+    close(b, 2.4 / f64::sqrt(f), "b");
+    close(l, -b, "y of (x cross p) for p along (-0.6, 0, 0.8)");
+    close(q, 0.0, "in the plane across y");
+    let [l, q, b] = of(HOLE, [0.0, 0.0, 4.0], [0.0, 0.6, -0.8]);
+    close(l, 0.0, "through the axis");
+    close(q, b * b, "all of it across");
+}
+
+#[test]
+fn constants_of_the_orbit_are_constant() {
+    let text =
+        "WorldBegin BlackHole \"kerr\" \"float rs\" 1 \"float spin\" -0.8 \"float charge\" 0.3 \"vector3 axis\" [0.2 0.9 -0.4]
+                LightSource \"infinite\" Shape \"sphere\" \"float radius\" 9";
+    let overrides = Overrides { without_camera: true, ..Overrides::default() };
+    let scene = common::build_with(text, &overrides).scene;
+    let mut compared = 0;
+    for k in 0..40 {
+        let at = |k: f64| DVec3::new((1.3 * k).sin(), (2.1 * k + 0.4).cos(), (0.7 * k + 1.0).sin());
+        let start = Ray::new(at(f64::from(k)) * 3.0, at(f64::from(k) + 0.5).normalize());
+        let end = scene.integrator.trace(&scene.world, &start);
+        let Arrival::Surface(hit) = end.arrival else { continue };
+        let there = Ray::new(hit.point, hit.direction);
+        let [a, b] = [start, there].map(|ray| Constants::of(&VisibleSurface::of_ray(&scene, ray, end, 1.0)));
+        let (Some(a), Some(b)) = (a, b) else { continue };
+        let scale = a.carter.abs() + a.angular_momentum.powi(2);
+        assert!((a.angular_momentum - b.angular_momentum).abs() < 1e-5 * scale.sqrt(), "{a:?} {b:?}");
+        assert!((a.carter - b.carter).abs() < 1e-5 * scale, "{a:?} {b:?}");
+        compared += 1;
+    }
+    assert!(compared > 15, "{compared}");
 }
 
 #[test]
@@ -244,5 +342,5 @@ fn the_language_reference_lists_every_layer_with_its_channels() {
         assert!(row.ends_with(&format!("| {} |", format.unit)) || format.unit.is_empty() && row.ends_with("| |"), "{row}");
         layers += 1;
     }
-    assert_eq!(layers, 14);
+    assert_eq!(layers, 17);
 }

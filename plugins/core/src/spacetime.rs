@@ -22,7 +22,7 @@ mod stretch;
 
 pub use axial::Axial;
 pub use kerr::{Kerr, Oblate};
-pub use metric::{Fields, Inverse, Metric, stationary, travel_time};
+pub use metric::{Fields, Inverse, LightStep, Metric, light_step, stationary};
 pub use stretch::Stretch;
 
 /// Which of the two sides of a wormhole; all other spacetimes have the near one only.
@@ -135,12 +135,14 @@ pub trait Spacetime: Debug + Send + Sync {
         false
     }
 
-    /// Time that light of energy 1 takes along the short chart vector `step` at `place`, into the future; `None` where none does.
-    fn travel_time(&self, place: Place, step: DVec3) -> Option<f64> {
+    /// Light of energy 1 that moves into the future along the short chart vector `step` at `place`; `None` where none does.
+    fn light_step(&self, place: Place, step: DVec3) -> Option<LightStep> {
         match self.at(place) {
-            Some(here) if here.beta == DVec3::ZERO => Some(here.travel_time(step)),
+            Some(here) if here.beta == DVec3::ZERO => {
+                Some(LightStep { time: here.travel_time(step), momentum: here.momentum(step) })
+            }
             // Also where nothing can stand still; and to all digits next to there.
-            _ => travel_time(self.metric(), place.x, step),
+            _ => light_step(self.metric(), place.x, step),
         }
     }
 

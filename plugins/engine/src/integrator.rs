@@ -1,7 +1,7 @@
 //! How light travels: the contract of the integrators of light rays.
 
 use crate::connections::Connections;
-use crate::way::{TimedWay, TravelTime, Watch, WayPoint};
+use crate::way::{SweptAngle, TimedWay, TravelTime, Watch, WayPoint};
 use crate::world::World;
 use bhs_core::ray::{Arrival, Cost, Ray, RayEnd};
 use bhs_core::spacetime::{Side, Spacetime};
@@ -45,6 +45,14 @@ pub trait Integrator: Send + Sync {
         let mut time = TravelTime::new(world);
         let end = self.watched(world, ray, &mut time);
         (matches!(end.arrival, Arrival::Surface(_)) && time.time.is_finite()).then_some(time.time)
+    }
+
+    /// Angle that `ray` sweeps around the point `center` (render space; rad) until it meets a surface; `None` if it meets none. It is followed again
+    /// for that.
+    fn swept_angle(&self, world: &World, ray: &Ray, center: DVec3) -> Option<f64> {
+        let mut swept = SweptAngle::new(center);
+        let end = self.watched(world, ray, &mut swept);
+        (matches!(end.arrival, Arrival::Surface(_)) && swept.angle.is_finite()).then_some(swept.angle)
     }
 
     /// Whether each of `rays` leaves the scene on the side `sides`, written to the places of `escaped`; and what that took, all of them together.

@@ -1,7 +1,8 @@
 //! Layers: what a picture may record of every pixel besides its colour (elsewhere: AOVs, arbitrary output variables).
 //!
 //! A film's directive names the layers that are wanted; nothing is computed or stored for the others. A layer sees what the light transport has
-//! found of the first piece of a camera's path ([`VisibleSurface`]): no ray is followed for it.
+//! found of the first piece of a camera's path ([`VisibleSurface`]). No ray is followed for it, but where it asks for a sum along the ray: a travel time,
+//! or an angle that is not known from its end.
 
 use crate::scene::Scene;
 use crate::transport::PathSample;
@@ -105,8 +106,14 @@ impl<'s> VisibleSurface<'s> {
     /// What the camera ray of a path that has been followed sees.
     #[inline]
     pub fn new(scene: &'s Scene, path: &PathSample, camera_ratio: f64) -> Self {
+        Self::of_ray(scene, path.ray, path.first, camera_ratio)
+    }
+
+    /// What is seen along `ray` (render space), which has come to `end`.
+    #[inline]
+    pub fn of_ray(scene: &'s Scene, ray: Ray, end: RayEnd, camera_ratio: f64) -> Self {
         let (surface, observer) = (OnceCell::new(), OnceCell::new());
-        Self { scene, ray: path.ray, camera_ratio, end: path.first, surface, observer }
+        Self { scene, ray, camera_ratio, end, surface, observer }
     }
 
     /// Where the ray meets a surface, if it does.

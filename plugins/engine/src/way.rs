@@ -56,7 +56,7 @@ impl<'w> TravelTime<'w> {
         let rate = |s: f64| {
             let [x, tangent] = (part.curve)(s);
             // The light moves against the ray.
-            spacetime.travel_time(Place { x, side: part.side }, -tangent).unwrap_or(f64::NAN)
+            spacetime.light_step(Place { x, side: part.side }, -tangent).map_or(f64::NAN, |light| light.time)
         };
         integral(rate, a, b)
     }
@@ -70,6 +70,34 @@ impl Watch for TravelTime<'_> {
     fn part(&mut self, part: &CurvePart<'_>) {
         let [a, b] = part.ends;
         self.time += self.along(part, a, b);
+    }
+}
+
+/// Angle that a ray sweeps around a point of the chart (rad), whatever plane that is in.
+pub(crate) struct SweptAngle {
+    center: DVec3,
+    pub angle: f64,
+}
+
+impl SweptAngle {
+    /// Around `center` (render space).
+    pub fn new(center: DVec3) -> Self {
+        Self { center, angle: 0.0 }
+    }
+}
+
+impl Watch for SweptAngle {
+    fn wants_points(&self) -> bool {
+        false
+    }
+
+    fn part(&mut self, part: &CurvePart<'_>) {
+        let rate = |s: f64| {
+            let [x, tangent] = (part.curve)(s);
+            let from_center = x - self.center;
+            from_center.cross(tangent).length() / from_center.length_squared()
+        };
+        self.angle += integral(rate, part.ends[0], part.ends[1]);
     }
 }
 

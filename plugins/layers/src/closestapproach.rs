@@ -6,7 +6,7 @@
 //! WorldBegin
 //! ```
 
-use crate::orbit::{Bending, impact_parameter};
+use crate::orbit::{Bending, round_impact_parameter};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
 use bhs_core::ray::Arrival;
@@ -33,7 +33,7 @@ impl Layer for ClosestApproach {
         match Bending::of(seen) {
             Bending::Straight => Some(scalar(0.0)),
             Bending::Hole(hole) => closest_approach(seen, &hole).map(scalar),
-            Bending::Otherwise => None,
+            Bending::Spinning(_) | Bending::Otherwise => None,
         }
     }
 }
@@ -48,7 +48,7 @@ fn closest_approach(seen: &VisibleSurface, hole: &Spherical) -> Option<f64> {
         Arrival::OutOfSteps => return None,
     };
     if leaves && !outward(seen.ray.origin, seen.ray.direction) {
-        return Some(periapsis(hole, impact_parameter(seen, hole)));
+        return Some(periapsis(hole, round_impact_parameter(seen, hole)));
     }
     Some(start.min(end))
 }

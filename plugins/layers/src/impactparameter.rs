@@ -1,11 +1,12 @@
-//! `impactparameter`: b = L/E of the orbit; the critical one of a plain hole is 2.598 rs.
+//! `impactparameter`: b = L/E of the orbit; the critical one of a plain hole is 2.598 rs. Around a hole that spins, the same of L about all axes,
+//! `b = sqrt(Q + L^2)`: that of light from far away on the equator, and 0 for light so near to the axis that the root has none.
 //!
 //! ```bhs
 //! Film "rgb" "string layers" "impactparameter"
 //! WorldBegin
 //! ```
 
-use crate::orbit::{Bending, impact_parameter};
+use crate::orbit::impact_parameter;
 use bhs_core::Plugin;
 use bhs_core::params::Params;
 use bhs_engine::layer::{Layer, LayerFormat, Value, VisibleSurface, scalar};
@@ -25,10 +26,6 @@ impl Layer for ImpactParameter {
     }
 
     fn value(&self, seen: &VisibleSurface) -> Option<Value> {
-        match Bending::of(seen) {
-            Bending::Straight => Some(scalar(0.0)),
-            Bending::Hole(hole) => Some(scalar(impact_parameter(seen, &hole))),
-            Bending::Otherwise => None,
-        }
+        impact_parameter(seen).map(scalar)
     }
 }

@@ -4,11 +4,13 @@
 //! A film's directive names them: `"string layers" ["depth" "normal"]`.
 
 mod albedo;
+mod angularmomentum;
+mod carter;
 mod closestapproach;
 mod depth;
 mod impactparameter;
 mod normal;
-mod orbit;
+pub mod orbit;
 mod outcome;
 mod position;
 mod queries;
@@ -17,8 +19,11 @@ mod reflectance;
 mod shadingnormal;
 mod side;
 mod sweptangle;
+mod traveltime;
 mod variance;
 mod winding;
+
+pub use redshift::redshift;
 
 use bhs_core::Plugin;
 use bhs_engine::layer::Layer;
@@ -29,6 +34,9 @@ pub const ALL: &[Plugin<dyn Layer>] = &[
     sweptangle::PLUGIN,
     closestapproach::PLUGIN,
     winding::PLUGIN,
+    angularmomentum::PLUGIN,
+    carter::PLUGIN,
+    traveltime::PLUGIN,
     redshift::PLUGIN,
     queries::PLUGIN,
     outcome::PLUGIN,

@@ -26,11 +26,16 @@ impl Layer for Redshift {
     }
 
     fn value(&self, seen: &VisibleSurface) -> Option<Value> {
-        let emitted = match &seen.end.arrival {
-            Arrival::Surface(hit) => seen.observer()?.ratio(hit.direction),
-            Arrival::Sky(..) => 1.0,
-            Arrival::Captured | Arrival::OutOfSteps => return None,
-        };
-        Some(scalar(emitted / seen.camera_ratio))
+        redshift(seen).map(scalar)
     }
+}
+
+/// `nu_observed / nu_emitted` of the light that is seen; `None` of no light, and from where nothing can stand still.
+pub fn redshift(seen: &VisibleSurface) -> Option<f64> {
+    let emitted = match &seen.end.arrival {
+        Arrival::Surface(hit) => seen.observer()?.ratio(hit.direction),
+        Arrival::Sky(..) => 1.0,
+        Arrival::Captured | Arrival::OutOfSteps => return None,
+    };
+    Some(emitted / seen.camera_ratio)
 }

@@ -102,12 +102,21 @@ pub fn stationary(metric: &dyn Metric, x: DVec3) -> Option<Stationary> {
     (lapse > 0.0 && lapse.is_finite() && beta.is_finite()).then_some(Stationary { lapse, root, beta })
 }
 
-/// Time that light of energy 1 takes along the short chart vector `step` at the point `x`, into the future; also in an ergosphere, where nothing can
-/// stand still. `None` behind a horizon, and where no light of this energy moves so.
+/// Light of energy 1 that moves into the future along a short chart vector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightStep {
+    /// Time that it takes (scene units).
+    pub time: f64,
+    /// Its momentum, a chart covector.
+    pub momentum: DVec3,
+}
+
+/// Light of energy 1 that moves along the short chart vector `step` at the point `x`; also in an ergosphere, where nothing can stand still. `None`
+/// behind a horizon, and where no light of this energy moves so.
 ///
 /// By the observer who does not turn with respect to space: `alpha^2 dt^2 = h(step - W dt, step - W dt)`, of which light of energy 1 is the root that
 /// is regular where `g_tt` is 0 (`docs/physics.md`, section 1).
-pub fn travel_time(metric: &dyn Metric, x: DVec3, step: DVec3) -> Option<f64> {
+pub fn light_step(metric: &dyn Metric, x: DVec3, step: DVec3) -> Option<LightStep> {
     let Inverse { tt, t, space } = metric.inverse(Dual::variables(x));
     let alpha_squared = -1.0 / tt.value;
     let outside = alpha_squared > 0.0 && alpha_squared.is_finite();
@@ -116,11 +125,14 @@ pub fn travel_time(metric: &dyn Metric, x: DVec3, step: DVec3) -> Option<f64> {
     let raised = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
     let dyad = DMat3::from_cols(w * w.x, w * w.y, w * w.z);
     let h = (raised + dyad * (1.0 / alpha_squared)).inverse();
+    let (around, along) = (-(h * w), h * step);
     // g_tt dt^2 + 2 g_ti dt dx^i + g_ij dx^i dx^j = 0
-    let (tt, t, space) = ((h * w).dot(w) - alpha_squared, -(h * step).dot(w), (h * step).dot(step));
+    let (tt, t, space) = (-around.dot(w) - alpha_squared, around.dot(step), along.dot(step));
     let root = t.mul_add(t, -(tt * space)).sqrt();
     let time = if t > 0.0 { (t + root) / -tt } else { space / (root - t) };
-    (time >= 0.0 && time.is_finite()).then_some(time)
+    // p_i = g_ti dt/dlambda + g_ij dx^j/dlambda, of which the energy is `root` for dlambda = 1.
+    let momentum = (around * time + along) / root;
+    (time >= 0.0 && time.is_finite() && momentum.is_finite()).then_some(LightStep { time, momentum })
 }
 
 impl Metric for Spherical {
@@ -183,15 +195,16 @@ mod tests {
     }
 
     #[test]
-    fn travel_times_are_those_of_the_static_observer() {
+    fn light_is_that_of_the_static_observer() {
         let x = DVec3::new(0.4, -0.3, 0.7);
         let here = stationary(&Wild, x).unwrap();
         for d in [DVec3::X, -DVec3::X, DVec3::new(0.3, -0.8, 0.2), DVec3::new(-1.0, 0.1, 0.4)] {
-            let (found, right) = (travel_time(&Wild, x, d).unwrap(), here.travel_time(d));
-            assert!((found - right).abs() < 1e-14, "{d}: {found} {right}");
+            let LightStep { time, momentum } = light_step(&Wild, x, d).unwrap();
+            assert!((time - here.travel_time(d)).abs() < 1e-14, "{d}: {time}");
+            assert!((momentum - here.momentum(d)).length() < 1e-14, "{d}: {momentum}");
         }
         let hole = Spherical { center: DVec3::ZERO, rs: 1.0, charge_squared: 0.0 };
-        assert_eq!(travel_time(&hole, DVec3::X * 0.9, DVec3::X), None);
+        assert_eq!(light_step(&hole, DVec3::X * 0.9, DVec3::X), None);
     }
 
     #[test]
