@@ -14,7 +14,7 @@ use bhs_core::geometry::Shape;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
-use bhs_core::motion::Motion;
+use bhs_core::motion::{Motion, read_motion};
 use bhs_core::observer::Conventions;
 use bhs_core::params::{Context, Files, Nameless, ParamInfo, Params, SpectrumMaker, SpectrumSource};
 use bhs_core::sampling::Sampler;
@@ -243,9 +243,15 @@ impl Registry {
         match kind {
             "spacetime" => drop(Conventions::read(params)),
             "camera" => drop(self.viewpoint(params)),
+            "shape" => drop(self.motion(params)),
             "film" => drop(read_layers(params, &self.layers)),
             _ => {}
         }
+    }
+
+    /// How what a directive makes moves, as its parameters state it; `None`: at rest, or something is wrong, which is reported.
+    pub fn motion(&self, params: &Params) -> Option<Box<dyn Motion>> {
+        read_motion(params, &|name| self.find(&name.value).ok_or_else(|| Box::new(self.unknown::<dyn Motion>(name))))
     }
 
     /// What the parameters of a camera's directive state of where it looks from; `None` if something is wrong with them.

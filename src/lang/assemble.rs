@@ -4,6 +4,7 @@ use crate::lang::coplanar;
 use crate::lang::emitters;
 use crate::lang::has_errors;
 use crate::lang::instances::Placed;
+use crate::lang::moving;
 use crate::lang::overrides::Overrides;
 use crate::lang::parts::{LoadCounters, Part, PartAreaLight, PartCamera, PartLight, Parts, View};
 use crate::lang::spacetime::{Gravity, choose_integrator};
@@ -13,6 +14,7 @@ use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::{Aabb, Geometry, WorldGeometry};
 use bhs_core::light::Light;
 use bhs_core::material::Material;
+use bhs_core::motion::Motion;
 use bhs_core::sampling::Discrete;
 use bhs_core::spacetime::Side;
 use bhs_engine::light_sampling::{Emitter, LightSampler};
@@ -40,6 +42,7 @@ pub(super) fn assemble(
     found: &mut Vec<Diagnostic>,
 ) -> Option<Assembled> {
     let Parts { mut cameras, lambda_range, mut shapes, .. } = parts;
+    let mut motions = parts.motions;
     let (integrator_name, integrator, bends) = choose_integrator(parts.integrator, parts.gravity.as_ref(), registry, found);
 
     // Render space: single precision is fine near its origin only.
@@ -55,6 +58,9 @@ pub(super) fn assemble(
     let gravity = in_world.as_ref().map(|g| g.moved(origin));
     let has_far_side = gravity.as_ref().is_some_and(|g| g.spacetime.has_far_side());
     cameras.iter_mut().filter_map(|c| c.camera.as_mut()).for_each(|c| c.rebase(origin));
+    cameras.iter_mut().filter_map(|c| Arc::get_mut(c.viewpoint.motion.as_mut()?)).for_each(|m| m.rebase(origin));
+    motions.iter_mut().for_each(|m| m.rebase(origin));
+    let motions: Vec<Arc<dyn Motion>> = motions.into_iter().map(Arc::from).collect();
     for PartCamera { span, camera, viewpoint, .. } in &cameras {
         // Where a camera is missing, it may be for another fault.
         let unknown = overrides.without_camera || (span.is_none() && has_errors(found));
@@ -106,7 +112,14 @@ pub(super) fn assemble(
         }
         for part in shapes {
             let geometry = to_render_space(part.geometry, origin, part.span, &mut load, found);
-            let mut binding = ShapeBinding { material: Arc::clone(&default_material), emitter: None, index: part.index };
+            let motion = part.motion.and_then(|m| motions.get(m).cloned());
+            moving::check((&geometry, motion.as_ref()), told.as_ref(), (side, part.span), found);
+            let mut binding = ShapeBinding {
+                material: Arc::clone(&default_material),
+                emitter: None,
+                motion: motion.clone(),
+                index: part.index,
+            };
             if let Some(material) = part.material {
                 binding.material = Arc::clone(materials.get(material)?.as_ref()?);
             }
@@ -114,12 +127,12 @@ pub(super) fn assemble(
                 gravity.check_throat(&geometry, part.span, found);
             }
             if let Some(light) = part.area_light {
-                if let Some(gravity) = &gravity {
+                if let (Some(gravity), None) = (&gravity, &motion) {
                     gravity.check_light(&geometry, side, part.span, found);
                 }
                 binding.emitter = Some(emitters.len() as u32);
                 let light = Arc::clone(area_lights.get(light)?.as_ref()?);
-                emitters.push(Emitter::new(geometries.len() as u32, &geometry, light));
+                emitters.push(Emitter { motion, ..Emitter::new(geometries.len() as u32, &geometry, light) });
             }
             geometries.push(geometry);
             bindings.push(binding);
@@ -131,7 +144,7 @@ pub(super) fn assemble(
                 None => Arc::clone(&default_material),
             };
             geometries.push(geometry);
-            bindings.push(ShapeBinding { material, emitter: None, index: part.index });
+            bindings.push(ShapeBinding { material, emitter: None, motion: None, index: part.index });
             spans.push(part.span);
         }
     }

@@ -21,6 +21,7 @@ use bhs_core::geometry::Shape;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
+use bhs_core::motion::Motion;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::Sampler;
 use bhs_core::value::Param;
@@ -152,7 +153,7 @@ pub fn build(
     let area_lights = description.area_lights.iter().map(|l| area_light(&l.entity)).collect();
     let materials = names.make_all(context, &mut found);
     description.materials = Vec::new();
-    let (shapes, objects) = build_shapes(&mut description, registry, context, &mut found);
+    let (shapes, motions, objects) = build_shapes(&mut description, registry, context, &mut found);
     let parts = Parts {
         integrator: build_integrator(&settings.integrator, registry, context, &mut found),
         intersector: find_intersector(&intersector, registry, context, &mut found),
@@ -185,6 +186,7 @@ pub fn build(
         },
         samples_lights: transport.as_ref().is_none_or(|t| t.samples_lights()),
         shapes,
+        motions,
         objects,
         gravity,
     };
@@ -321,10 +323,10 @@ fn build_shapes(
     registry: &Registry,
     context: Context,
     found: &mut Vec<Diagnostic>,
-) -> (Vec<Part>, Vec<ObjectPart>) {
+) -> (Vec<Part>, Vec<Box<dyn Motion>>, Vec<ObjectPart>) {
     let shapes = std::mem::take(&mut description.shapes);
     let mut objects = instances::places(description.objects.len(), &description.instances);
-    let mut parts = Vec::with_capacity(shapes.len());
+    let (mut parts, mut motions) = (Vec::with_capacity(shapes.len()), Vec::new());
     // Each shape's parameters, which may be a large mesh, are let go before the next one is made.
     let mut errors = ErrorCount::default();
     for (index, shape) in (0u32..).zip(shapes) {
@@ -334,17 +336,30 @@ fn build_shapes(
         }
         let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
         let make = |entity: &Entity, found: &mut Vec<Diagnostic>| create::<dyn Shape>(entity, registry, context, found);
-        let Some(made) = make(&shape.entity, found) else { continue };
+        let read = |p: &Params| registry.motion(p);
+        let (made, motion) = create_with::<dyn Shape, _>(&shape.entity, registry, context, found, read);
+        let Some(made) = made else { continue };
         let surfaces = made.into_geometry();
         if let Some(object) = shape.object.and_then(|o| objects.get_mut(o)) {
+            if motion.is_some() {
+                found.push(
+                    Diagnostic::error("moving-instance", "shapes of objects do not move")
+                        .at(shape.entity.name.span, "it states a `motion`")
+                        .help("put the shape into the scene by itself"),
+                );
+            }
             parts.extend(instances::add_shape(object, &shape, index, surfaces, make, found));
             continue;
         }
+        let motion = motion.map(|motion| {
+            motions.push(motion);
+            motions.len() - 1
+        });
         let (span, side) = (shape.entity.name.span, shape.entity.side);
         let (material, area_light) = (shape.material, shape.area_light);
-        parts.extend(surfaces.into_iter().map(|geometry| Part { geometry, side, span, index, material, area_light }));
+        parts.extend(surfaces.into_iter().map(|geometry| Part { geometry, side, span, index, material, area_light, motion }));
     }
-    (parts, objects)
+    (parts, motions, objects)
 }
 
 /// Puts findings into the order of the text, those without a place last.

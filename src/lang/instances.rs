@@ -62,6 +62,7 @@ pub(super) fn add_shape(
             index,
             material: shape.material,
             area_light: None,
+            motion: None,
         }));
     }
     parts

@@ -25,6 +25,7 @@ mod instances;
 mod labels;
 mod lines;
 mod method;
+mod moving;
 mod names;
 pub mod overrides;
 pub mod parse;

@@ -7,6 +7,7 @@ use bhs_core::geometry::{WorldGeometry, WorldMesh};
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
+use bhs_core::motion::Motion;
 use bhs_core::spacetime::Side;
 use bhs_engine::integrator::IntegratorBuilder;
 use bhs_engine::scene::Footprints;
@@ -30,6 +31,8 @@ pub(super) struct Parts {
     /// Whether the light transport samples lights.
     pub samples_lights: bool,
     pub shapes: Vec<Part>,
+    /// How they move, those that do.
+    pub motions: Vec<Box<dyn Motion>>,
     pub objects: Vec<ObjectPart>,
 }
 
@@ -70,6 +73,8 @@ pub(super) struct Part {
     pub material: Option<usize>,
     /// Index of its area light.
     pub area_light: Option<usize>,
+    /// Index of how it moves; `None`: at rest.
+    pub motion: Option<usize>,
 }
 
 /// An object whose meshes have been made.

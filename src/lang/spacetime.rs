@@ -6,6 +6,7 @@ use crate::registry::{NoFiles, Registry, bare_context};
 use bhs_core::camera::{Camera, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
 use bhs_core::geometry::Geometry;
+use bhs_core::motion::Surroundings;
 use bhs_core::observer::Conventions;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::ONE_MINUS_EPSILON;
@@ -88,12 +89,33 @@ impl Gravity {
     pub fn check_camera(&self, camera: &dyn Camera, viewpoint: &Viewpoint, span: Option<Span>, found: &mut Vec<Diagnostic>) {
         let nearest = self.center().map_or_else(|| camera.position(), |center| camera.nearest_origin(center));
         let place = Place { x: nearest, side: viewpoint.side };
-        let at_rest = self.spacetime.at(place).map(|here| self.conventions.observer(&here));
+        let here = Surroundings { spacetime: Some(self.spacetime.as_ref()), place, conventions: self.conventions };
         let observer = match &viewpoint.motion {
-            Some(motion) => motion.observer(Some(self.spacetime.as_ref()), place, at_rest),
-            None => at_rest,
+            Some(motion) => motion.observer(&here),
+            None => here.at_rest(),
         };
         if observer.is_some() {
+            return;
+        }
+        let why = match (&viewpoint.motion, span) {
+            (Some(motion), _) if here.normal().is_some() => {
+                let said = Diagnostic::error("no-such-motion", "no camera can move so there");
+                let why = motion.fault(here.spacetime);
+                let why = why.unwrap_or_else(|| {
+                    format!("it would be as fast as light, or there is no such orbit, {}", self.distance(nearest))
+                });
+                Some(said.and(self.span, why).help("move the camera, or let it move otherwise"))
+            }
+            (None, _) if here.normal().is_some() => {
+                let said =
+                    Diagnostic::error("in-ergosphere", "nothing can stand still in the ergosphere, and the camera is there");
+                let help = "move the camera out, or let it be dragged along: \"string motion\" \"zamo\"";
+                Some(said.and(self.span, "of this hole").help(help))
+            }
+            _ => None,
+        };
+        if let Some(said) = why {
+            found.push(said.at(span.unwrap_or(self.span), self.distance(nearest)));
             return;
         }
         let Refusal { found: d, label, smaller, .. } = self.refused("the camera stands");
@@ -228,7 +250,7 @@ fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Points all over a surface, which stand for it: the corners of triangles.
-fn points_of(geometry: &Geometry) -> Box<dyn Iterator<Item = DVec3> + '_> {
+pub(super) fn points_of(geometry: &Geometry) -> Box<dyn Iterator<Item = DVec3> + '_> {
     match geometry {
         Geometry::Analytic(surface) => Box::new((0..256).map(|i| {
             let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;

@@ -18,11 +18,13 @@ use std::sync::Arc;
 mod axial;
 mod kerr;
 mod metric;
+mod normal;
 mod stretch;
 
 pub use axial::Axial;
 pub use kerr::{Kerr, Oblate};
 pub use metric::{Fields, Inverse, LightStep, Metric, light_step, stationary};
+pub use normal::Normal;
 pub use stretch::Stretch;
 
 /// Which of the two sides of a wormhole; all other spacetimes have the near one only.
@@ -103,6 +105,17 @@ impl Stationary {
 pub trait Spacetime: Debug + Send + Sync {
     /// The metric as the static observer at `place` has it; `None` where nothing can stand still, or where there is no such place.
     fn at(&self, place: Place) -> Option<Stationary>;
+
+    /// The metric as the observer at `place` has it who does not turn with respect to space; `None` where there is none, as within horizons. Also
+    /// where nothing can stand still.
+    fn normal(&self, place: Place) -> Option<Normal> {
+        Normal::of(self, place)
+    }
+
+    /// Whether space is dragged along somewhere, so that there may be places where nothing can stand still and much can move.
+    fn drags(&self) -> bool {
+        matches!(self.class(), Class::Kerr(_) | Class::General(_))
+    }
 
     /// Balls around the holes, one a hole that has mass, in the order of the scene: the distance from the centre of light that crosses one inwards gets
     /// less from there on, and it never comes out again.

@@ -223,6 +223,13 @@ impl SampledWavelengths {
         self.lambda_nm.map(|l| l * shift)
     }
 
+    /// The same light where all its wavelengths are `shift` times as long. The densities stay: they are those that the wavelengths were drawn with.
+    #[inline]
+    #[must_use]
+    pub fn shifted(&self, shift: f64) -> Self {
+        Self { lambda_nm: self.at(shift as f32), ..*self }
+    }
+
     /// Reduces a path to its first wavelength, because it now goes where that one alone goes (dispersion). From here on surfaces
     /// see that wavelength in all places, and `throughput` is that of the first, in the first place, which counts for the others
     /// too. What the path has found before keeps its wavelengths. A path of one wavelength already stays as it is.

@@ -131,10 +131,10 @@ impl<'s> VisibleSurface<'s> {
         self.surface.get_or_init(|| self.hit().map(|hit| self.scene.world.surface(hit))).as_ref()
     }
 
-    /// The static observer there; `None` also where nothing can stand still.
+    /// Who moves with the surface there; `None` also where nothing can move so.
     #[inline]
     pub fn observer(&self) -> Option<&Observer> {
-        self.observer.get_or_init(|| self.hit().and_then(|hit| self.scene.observer(self.scene.world.place_of(hit)))).as_ref()
+        self.observer.get_or_init(|| self.hit().and_then(|hit| self.scene.surface_observer(hit))).as_ref()
     }
 }
 

@@ -5,6 +5,7 @@ use crate::world::World;
 use bhs_core::geometry::{Geometry, sample_triangle, triangle_area};
 use bhs_core::intersector::Primitive;
 use bhs_core::light::{AreaLight, Emission, EmissionPoint, Light};
+use bhs_core::motion::Motion;
 use bhs_core::observer::{Conventions, Observer};
 use bhs_core::ray::SurfaceHit;
 use bhs_core::sampling::Discrete;
@@ -21,6 +22,8 @@ pub struct Emitter {
     pub light: Arc<dyn AreaLight>,
     /// Choice of a triangle by chart area; empty for an analytic surface.
     pub triangles: Discrete,
+    /// How the surface moves; `None`: at rest.
+    pub motion: Option<Arc<dyn Motion>>,
 }
 
 impl Emitter {
@@ -31,7 +34,7 @@ impl Emitter {
             Geometry::Analytic(_) => Discrete::default(),
             _ => Discrete::new(areas),
         };
-        Self { geometry: index, light, triangles }
+        Self { geometry: index, light, triangles, motion: None }
     }
 
     /// Area of the surface, chart measure.
@@ -211,7 +214,11 @@ impl LightSampler {
                 (LightSource::Surface { emitter: index as u32, primitive, normal: s.0, uv: s.1 }, point, pdf)
             }
         };
-        let observer = world.static_observer(point)?;
+        let motion = self.emitters.get(index).and_then(|emitter| emitter.motion.as_ref());
+        let observer = match motion {
+            None => world.static_observer(point)?,
+            Some(motion) => world.moving_observer(motion.as_ref(), point)?,
+        };
         Some(LightSample { source, point: point.x, side: point.side, pdf, observer })
     }
 

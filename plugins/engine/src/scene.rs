@@ -7,6 +7,7 @@ use bhs_core::camera::{CameraRay, Viewpoint};
 use bhs_core::geometry::{Geometry, SurfaceGeometry};
 use bhs_core::light::Emission;
 use bhs_core::material::{Material, Shading};
+use bhs_core::motion::Motion;
 use bhs_core::observer::Observer;
 use bhs_core::ray::{Ray, SurfaceHit};
 use bhs_core::spacetime::Place;
@@ -21,6 +22,8 @@ pub struct ShapeBinding {
     pub material: Arc<dyn Material>,
     /// Index of its emission in [`LightSampler::emitters`].
     pub emitter: Option<u32>,
+    /// How it moves; `None`: at rest.
+    pub motion: Option<Arc<dyn Motion>>,
     /// Number of the `Shape` directive in the scene, counted from 0.
     pub index: u32,
 }
@@ -95,9 +98,7 @@ impl Vertex<'_> {
     /// The unit chart direction of a direction in the shading frame.
     #[inline]
     pub fn chart_direction(&self, w: Vec3) -> DVec3 {
-        let w = w.as_dvec3();
-        let local = self.axes[0] * w.x + self.axes[1] * w.y + self.axes[2] * w.z;
-        self.observer.chart_direction(local)
+        self.observer.chart_direction(self.local(w))
     }
 
     /// The axes of the shading frame, as the observer measures them.
@@ -118,6 +119,21 @@ impl Vertex<'_> {
     #[inline]
     pub fn is_consistent(&self, wi: Vec3) -> bool {
         (self.wo.z * wi.z > 0.0) == (self.wn.dot(self.wo) * self.wn.dot(wi) > 0.0)
+            && (!self.observer.moves() || self.observer.has_positive_energy(self.local(wi)))
+    }
+
+    /// The direction that the observer measures, of a direction in the shading frame.
+    #[inline]
+    fn local(&self, w: Vec3) -> DVec3 {
+        let w = w.as_dvec3();
+        self.axes[0] * w.x + self.axes[1] * w.y + self.axes[2] * w.z
+    }
+
+    /// Wavelength at E = 1 of light that arrives from the unit chart direction `from`, over that of the light that it is scattered into, which goes
+    /// back along the path; `None` where that is 1, as at all surfaces at rest.
+    #[inline]
+    pub fn shift(&self, from: DVec3) -> Option<f64> {
+        self.observer.moves().then(|| self.ratio / self.observer.ratio(from))
     }
 
     /// The light that the surface itself sends back along the path, at E = 1.
@@ -168,9 +184,12 @@ impl Scene {
     /// The vertex at `hit` of a path with the wavelengths `lambda` at E = 1; `None` where there is no static observer.
     #[inline]
     pub fn vertex(&self, hit: SurfaceHit, lambda: &SampledWavelengths) -> Option<Vertex<'_>> {
-        let observer = self.world.static_observer(self.world.place_of(&hit))?;
-        let surface = self.world.surface(&hit);
         let binding = &self.shapes[hit.geometry as usize];
+        let observer = match &binding.motion {
+            None => self.world.static_observer(self.world.place_of(&hit))?,
+            Some(motion) => self.world.moving_observer(motion.as_ref(), self.world.place_of(&hit))?,
+        };
+        let surface = self.world.surface(&hit);
         let ratio = observer.ratio(hit.direction);
 
         let [wo, ng, ns] = view(&observer, &hit, &surface);
@@ -228,6 +247,15 @@ impl Scene {
         self.world.bends()
     }
 
+    /// Who moves with the surface at `hit`; `None` where nothing can move so.
+    pub fn surface_observer(&self, hit: &SurfaceHit) -> Option<Observer> {
+        let place = self.world.place_of(hit);
+        match &self.shapes[hit.geometry as usize].motion {
+            None => self.world.static_observer(place),
+            Some(motion) => self.world.moving_observer(motion.as_ref(), place),
+        }
+    }
+
     /// The static observer at `place` (render space); `None` where nothing can stand still.
     #[inline]
     pub fn observer(&self, place: Place) -> Option<Observer> {
@@ -235,15 +263,18 @@ impl Scene {
     }
 
     /// The ray along which an observer at `viewpoint` sees what `seen` shows, and the wavelength of its light there over that at E = 1; `None`, and
-    /// the ray of flat space, where nothing can stand still.
+    /// some ray, where nothing can stand still or move so, and where no light can come from.
     #[inline]
     pub fn camera_ray(&self, seen: &CameraRay, viewpoint: &Viewpoint) -> (Ray, Option<f64>) {
         let side = viewpoint.side;
-        let mut observer = self.observer(Place { x: seen.origin, side });
-        if let Some(motion) = &viewpoint.motion {
-            observer = self.world.moving_observer(motion.as_ref(), Place { x: seen.origin, side }, observer);
-        }
+        let place = Place { x: seen.origin, side };
+        let observer = match &viewpoint.motion {
+            None => self.observer(place),
+            Some(motion) => self.world.moving_observer(motion.as_ref(), place),
+        };
         let (direction, ratio) = match &observer {
+            // Light without energy far away comes from nowhere outside.
+            Some(observer) if observer.moves() && !observer.has_positive_energy(seen.direction) => (seen.direction, None),
             Some(observer) => {
                 let direction = observer.chart_direction(seen.direction);
                 (direction, Some(observer.ratio(direction)))

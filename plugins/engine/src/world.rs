@@ -3,7 +3,7 @@
 use crate::clearance::Clearance;
 use bhs_core::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
 use bhs_core::intersector::{Ends, Intersector, Primitive, PrimitiveHit};
-use bhs_core::motion::Motion;
+use bhs_core::motion::{Motion, Surroundings};
 use bhs_core::observer::{Conventions, Observer};
 use bhs_core::ray::{Ray, SurfaceHit};
 use bhs_core::spacetime::{Class, Minkowski, Place, Side, Spacetime, Spherical};
@@ -226,9 +226,10 @@ impl World {
         here.map(|here| self.conventions.observer(&here))
     }
 
-    /// The observer who moves as `motion` says at `place`, where `at_rest` is the static one.
-    pub fn moving_observer(&self, motion: &dyn Motion, place: Place, at_rest: Option<Observer>) -> Option<Observer> {
-        motion.observer(self.bends.then(|| self.spacetime()), place, at_rest)
+    /// The observer who moves as `motion` says at `place`; `None` where nothing can move so.
+    pub fn moving_observer(&self, motion: &dyn Motion, place: Place) -> Option<Observer> {
+        let spacetime = self.bends.then(|| self.spacetime());
+        motion.observer(&Surroundings { spacetime, place, conventions: self.conventions })
     }
 
     /// Refines an intersector's answer in double precision: the point of the segment on the triangle's plane, or the

@@ -12,10 +12,9 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::motion::Motion;
+use bhs_core::motion::{Motion, Surroundings};
 use bhs_core::observer::Observer;
 use bhs_core::params::{Params, Vector3};
-use bhs_core::spacetime::{Place, Spacetime};
 use glam::DVec3;
 
 /// The entry of this file in the crate's list.
@@ -42,8 +41,8 @@ fn build(p: &Params) -> Option<Box<dyn Motion>> {
 }
 
 impl Motion for Velocity {
-    fn observer(&self, _: Option<&dyn Spacetime>, _: Place, at_rest: Option<Observer>) -> Option<Observer> {
-        at_rest.map(|observer| observer.moving(self.velocity))
+    fn observer(&self, here: &Surroundings) -> Option<Observer> {
+        here.stationary().map(|metric| here.conventions.observer(&metric).moving_where(metric.beta, self.velocity))
     }
 
     fn is_static(&self) -> bool {

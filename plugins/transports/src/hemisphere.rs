@@ -108,6 +108,10 @@ impl LightTransport for Hemisphere {
                 log.note(|| PathEvent::Ended("nothing is left of it"));
                 break;
             }
+            if let Some(shift) = vertex.shift(direction) {
+                lambda = lambda.shifted(shift);
+                throughput *= scene.radiance_factor(shift);
+            }
             let footprint = if specular { ray.footprint } else { scene.footprints.rough };
             ray = vertex.spawn(&scene.world, wi, footprint);
         }

@@ -375,6 +375,10 @@ impl<'s> Bounce<'_, '_, 's> {
             log.note(|| PathEvent::Ended("nothing is left of it"));
             return false;
         }
+        if let Some(shift) = vertex.shift(direction) {
+            state.lambda = state.lambda.shifted(shift);
+            state.throughput *= scene.radiance_factor(shift);
+        }
         let footprint = if sample.specular { state.ray.footprint } else { scene.footprints.rough };
         state.ray = vertex.spawn(&scene.world, sample.wi, footprint);
         state.chosen = (!sample.specular).then(|| Chosen {

@@ -253,7 +253,13 @@ impl LightSampleAt<'_> {
             return SampledSpectrum::ZERO;
         }
         let Scene { light_sampler, world, .. } = self.scene;
-        let arriving = light_sampler.arriving(self.light, connection, &vertex.observer, self.lambda, &world.conventions);
+        let arriving = |lambda| light_sampler.arriving(self.light, connection, &vertex.observer, lambda, &world.conventions);
+        // A surface that moves changes wavelengths.
+        let (arriving, shifted) = match vertex.shift(connection.launch) {
+            None => (arriving(self.lambda), 1.0),
+            Some(shift) => (arriving(&self.lambda.shifted(shift)), world.conventions.radiance_factor(shift)),
+        };
+        let scattered = scattered * shifted;
         let density = arriving.density;
         // Zero where light of a whole circle of directions meets in the point (a light exactly behind the hole): of a surface, the points
         // that are so have no area.

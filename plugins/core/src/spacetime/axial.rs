@@ -44,6 +44,16 @@ impl Axial {
         let s = c.hypot(2.0 * self.a * z);
         (if c > 0.0 { 0.5 * (c + s) } else { 2.0 * a2 * z * z / (s - c) }).sqrt()
     }
+
+    /// The chart direction in which that radius grows fastest at `x`, while the polar angle stays: the unit normal of the ellipsoid.
+    pub fn outward(&self, x: DVec3) -> DVec3 {
+        let axis = self.axis.unwrap_or(DVec3::Y);
+        let r = self.radius(x, axis);
+        let x = x - self.center;
+        // The gradient of (x^2 + y^2)/(r^2 + a^2) + z^2/r^2.
+        let up = axis.dot(x);
+        ((x - axis * up) / (r * r + self.a * self.a) + axis * (up / (r * r))).normalize()
+    }
 }
 
 #[cfg(test)]
@@ -61,6 +71,9 @@ mod tests {
         for x in [DVec3::new(4.0, 1.0, -2.0), DVec3::new(1.3, 2.0, 2.2), DVec3::new(-7.0, 8.0, 3.0)] {
             assert!((axial.radius(x, axis) - kerr.radius(x)).abs() < 1e-13);
             assert_eq!(round.axial().unwrap().radius(x, axis), (x - round.center).length());
+            let right = kerr.oblate::<f64>(x.into()).e_r;
+            assert!((axial.outward(x) - DVec3::from(right)).length() < 1e-13);
+            assert!((round.axial().unwrap().outward(x) - (x - round.center).normalize()).length() < 1e-15);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A hole that spins, with or without charge, in the Boyer-Lindquist chart drawn as oblate spheroids (`docs/physics.md`, section 5).
 
-use super::{Ball, Class, Fields, Inverse, Metric, Place, Side, Spacetime, Spherical, Stationary, Stretch};
+use super::{Ball, Class, Fields, Inverse, Metric, Normal, Place, Side, Spacetime, Spherical, Stationary, Stretch};
 use crate::dual::Dual;
 use crate::real::{Real, Vector};
 use glam::DVec3;
@@ -130,6 +130,22 @@ impl Spacetime for Kerr {
         let root = Stretch::along_two([e_r, beside], [radial, around]);
         let beta = w * (m * self.a / (square.sqrt() * (sigma - m)));
         (radial.is_finite() && around.is_finite()).then_some(Stationary { lapse: lapse_squared.sqrt(), root, beta })
+    }
+
+    fn normal(&self, place: Place) -> Option<Normal> {
+        let Oblate { r, square, sigma, m, e_r, w, .. } = self.oblate::<f64>(place.x.into());
+        let outside = place.side == Side::Near && r > self.horizon() && square > m && r.is_finite();
+        if !outside {
+            return None;
+        }
+        let (e_r, w) = (DVec3::from(e_r), DVec3::from(w));
+        let around = m * self.a * self.a * w.length_squared();
+        let beside = w.try_normalize().unwrap_or_else(|| e_r.any_orthonormal_vector());
+        let factors = [(square / (square - m)).sqrt(), (1.0 + around / (square * sigma)).sqrt()];
+        let whole = sigma * square + around;
+        let lapse = (sigma * (square - m) / whole).sqrt();
+        let root = Stretch::along_two([e_r, beside], factors);
+        factors[0].is_finite().then(|| Normal { lapse, root, drag: w * (m * self.a * square.sqrt() / whole) })
     }
 
     /// The largest ball within the horizon, which is an ellipsoid: light that comes from outside is followed by [`Metric::swallows`].
