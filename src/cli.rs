@@ -77,7 +77,7 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Follow rays through a scene, or join points by light; one JSON object a line, in input order
+    /// Follow rays through a scene, or join points by light; one line of JSON or CSV each, in input order
     Trace(TraceArgs),
     /// Measure integrators and light transports on a scene: time against error
     Bench(BenchArgs),
@@ -204,16 +204,28 @@ impl RenderArgs {
 pub struct TraceArgs {
     /// The scene; `-` reads standard input
     pub scene: PathBuf,
-    /// Rays, one a line: ox,oy,oz,dx,dy,dz in world coordinates; `-` reads standard input. A first line that names the columns may add
+    /// Rays, one a line: ox,oy,oz,dx,dy,dz in world coordinates; `-` reads standard input. A first line may name the columns, in any order, and add
     /// `side` (near, far) and `footprint` (scene units; 0: unknown)
-    #[arg(long, value_name = "FILE.csv|-", required_unless_present = "connect")]
+    #[arg(long, value_name = "FILE.csv|-", required_unless_present_any = ["connect", "pixel"])]
     pub rays: Option<PathBuf>,
-    /// Pairs of points, one a line: x1,y1,z1,x2,y2,z2 in world coordinates; prints the light rays that join them
-    #[arg(long, value_name = "FILE.csv|-", conflicts_with_all = ["rays", "path"])]
+    /// The camera's ray through the centre of this pixel, counted from the upper left corner; can be repeated
+    #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with = "rays")]
+    pub pixel: Vec<[u32; 2]>,
+    /// Name of the camera of --pixel, where there are several
+    #[arg(long, value_name = "NAME", requires = "pixel")]
+    pub camera: Option<String>,
+    /// Size of the picture of --pixel, in place of the scene's
+    #[arg(long, value_name = "WxH", value_parser = resolution, requires = "pixel")]
+    pub resolution: Option<[u32; 2]>,
+    /// Pairs of points, one a line: x1,y1,z1,x2,y2,z2 in world coordinates; prints the light rays that join them, as JSON
+    #[arg(long, value_name = "FILE.csv|-", conflicts_with_all = ["rays", "path", "pixel", "format"])]
     pub connect: Option<PathBuf>,
-    /// Also print the points of the polyline that is traced
+    /// Also print the points of the polyline that is traced, with the time, the angle and the redshift to each; in CSV, these in place of the ends
     #[arg(long)]
     pub path: bool,
+    /// How answers are written, one a line
+    #[arg(long, value_name = "json|csv", value_parser = ["json", "csv"], default_value = "json")]
+    pub format: String,
     /// What changes the scene
     #[command(flatten)]
     pub scene_args: SceneArgs,

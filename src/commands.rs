@@ -1,6 +1,6 @@
 //! What the program's commands do.
 
-use crate::cli::{Cli, Definitions, SceneArgs, TraceArgs};
+use crate::cli::{Cli, Definitions, SceneArgs};
 use crate::files::{self, Root};
 use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Overrides, SourceMap, Variables};
@@ -11,7 +11,7 @@ use crate::signals::StopSignal;
 use crate::{message, plugins_table, report, say};
 use anyhow::{Context, Result, anyhow};
 use bhs_core::diagnostics::Diagnostic;
-use std::io::{BufReader, Write};
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -20,10 +20,12 @@ mod outputs;
 mod picture;
 mod render;
 mod replay;
+mod trace;
 
 pub use bench::bench;
 use outputs::{Naming, Outputs};
 pub use render::render;
+pub use trace::trace;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -213,36 +215,6 @@ pub fn plugins(kind: Option<&str>, name: Option<&str>, as_json: bool) -> Result<
             Ok(ExitStatus::CommandLine)
         }
     }
-}
-
-/// `bhs trace`
-///
-/// # Errors
-/// If the rays cannot be read.
-pub fn trace(args: &TraceArgs, common: &Common) -> Result<ExitStatus> {
-    // One of the two is given: the command line sees to it.
-    let Some(input) = args.rays.as_ref().or(args.connect.as_ref()) else { return Ok(ExitStatus::CommandLine) };
-    if input == Path::new("-") && args.scene == Path::new("-") {
-        say!(
-            "error: the scene and its {} cannot both come from standard input",
-            if args.rays.is_some() { "rays" } else { "pairs" }
-        );
-        return Ok(ExitStatus::CommandLine);
-    }
-    let overrides = Overrides { without_camera: true, ..overrides(&args.scene_args) };
-    let Some((built, _)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
-    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-    let mut answer = |lines: &mut dyn std::io::BufRead| match args.connect {
-        Some(_) => crate::trace::connect(&built.scene, lines, &mut out),
-        None => crate::trace::trace(&built.scene, lines, args.path, &mut out),
-    };
-    if input == Path::new("-") {
-        answer(&mut std::io::stdin().lock()).context("standard input")?;
-    } else {
-        let name = input.display();
-        answer(&mut BufReader::new(common.open(input)?)).with_context(|| format!("`{name}`"))?;
-    }
-    Ok(ExitStatus::Done)
 }
 
 /// `bhs compare`

@@ -174,8 +174,8 @@ fn light_that_arrives_has_the_constants_of_its_orbit() {
 
 #[test]
 fn constants_of_the_orbit_are_constant() {
-    let text =
-        "WorldBegin BlackHole \"kerr\" \"float rs\" 1 \"float spin\" -0.8 \"float charge\" 0.3 \"vector3 axis\" [0.2 0.9 -0.4]
+    let text = "Integrator \"adaptive\" \"float tolerance\" 1e-8
+         WorldBegin BlackHole \"kerr\" \"float rs\" 1 \"float spin\" -0.8 \"float charge\" 0.3 \"vector3 axis\" [0.2 0.9 -0.4]
                 LightSource \"infinite\" Shape \"sphere\" \"float radius\" 9";
     let overrides = Overrides { without_camera: true, ..Overrides::default() };
     let scene = common::build_with(text, &overrides).scene;

@@ -49,6 +49,7 @@ mod standard_error;
 mod textures;
 mod thin;
 mod tolman;
+mod trace;
 mod tutorial;
 mod unbiased;
 mod variables;

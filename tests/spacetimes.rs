@@ -186,7 +186,7 @@ fn trace_says_on_which_side_rays_begin_and_end() {
     let mut out = Vec::new();
     // Straight through the throat: it comes out on the near side of the other chart. The second one starts on the far side.
     let rays = "ox,oy,oz,dx,dy,dz,side\n0,0,-6,0,0,1,near\n0,0,3,0,0,1,far\n0,0,3,0,0,-1,far\n0,0,-5,0,0,-1,\n";
-    bhs::trace::trace(&built.scene, rays.as_bytes(), false, &mut out).expect("all rays are answered");
+    bhs::trace::trace(&bhs::trace::Answers::new(&built.scene), rays.as_bytes(), &mut out).expect("all rays are answered");
     let lines: Vec<serde_json::Value> =
         String::from_utf8(out).expect("text").lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
     let said: Vec<_> = lines.iter().map(|l| (l["outcome"].as_str().unwrap(), l["side"].as_str().unwrap())).collect();

@@ -6,6 +6,7 @@ use bhs::not_finite::SampleId;
 use bhs::registry::Registry;
 use bhs::render::{Job, Rendered};
 use bhs::sample::CameraSample;
+use bhs::trace::Answers;
 use bhs_core::ray::{Arrival, Ray, RayEnd};
 use bhs_core::sampling::SampleStream;
 use bhs_core::spacetime::{Class, Side};
@@ -228,7 +229,8 @@ fn bhs_trace_of_camera_rays_says_what_their_picture_saw() {
         }
         for with_path in [false, true] {
             let mut out = Vec::new();
-            bhs::trace::trace(&built.scene, lines.as_bytes(), with_path, &mut out).expect("all rays are answered");
+            bhs::trace::trace(&Answers { with_path, ..Answers::new(&built.scene) }, lines.as_bytes(), &mut out)
+                .expect("all rays are answered");
             let text = String::from_utf8(out).expect("text");
             let answers: Vec<&str> = text.lines().collect();
             assert_eq!(answers.len(), rays.len());
@@ -248,7 +250,8 @@ fn what_is_wrong_with_the_columns_of_rays_is_told() {
     let built = common::build("WorldBegin LightSource \"infinite\"");
     let traced = |text: &str| {
         let mut out = Vec::new();
-        bhs::trace::trace(&built.scene, text.as_bytes(), false, &mut out).map(|()| out.iter().filter(|b| **b == b'\n').count())
+        bhs::trace::trace(&Answers::new(&built.scene), text.as_bytes(), &mut out)
+            .map(|()| out.iter().filter(|b| **b == b'\n').count())
     };
     let header = "ox,oy,oz,dx,dy,dz";
     for (columns, line, answers) in [
@@ -263,7 +266,7 @@ fn what_is_wrong_with_the_columns_of_rays_is_told() {
         (",side,side", "", "side"),
         (",footprint", "0,0,0,0,0,1,-1", "-1"),
         (",footprint", "0,0,0,0,0,1,inf", "inf"),
-        (",footprint", "0,0,0,0,0,1", "6 numbers"),
+        (",footprint", "0,0,0,0,0,1", "found 6"),
         (",footprint,side", "0,0,0,0,0,1,1,left", "left"),
     ] {
         let error = traced(&format!("{header}{columns}\n{line}\n")).expect_err("they are none");

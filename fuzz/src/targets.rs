@@ -13,6 +13,7 @@ use bhs::progress::Progress;
 use bhs::registry::Registry;
 use bhs::render::{Job, Limits, RenderState};
 use bhs::signals::Signals;
+use bhs::trace::Answers;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use std::collections::BTreeMap;
@@ -180,7 +181,8 @@ fn traced() -> &'static BuiltScene {
 
 /// Lines of `bhs trace --rays`.
 fn rays(data: &[u8]) {
-    drop(bhs::trace::trace(&traced().scene, data, true, &mut std::io::sink()));
+    let answers = Answers { with_path: true, ..Answers::new(&traced().scene) };
+    drop(bhs::trace::trace(&answers, data, &mut std::io::sink()));
 }
 
 /// Lines of `bhs trace --connect`.

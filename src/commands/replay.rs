@@ -73,14 +73,8 @@ pub(super) fn replay(args: &RenderArgs, overrides: &Overrides, id: SampleId, com
         }
     };
     show(&built.warnings, &sources, common.color);
-    let [width, height] = built.film.resolution();
-    if id.pixel[0] >= width || id.pixel[1] >= height {
-        say!("error: --pixel {},{}: the picture has {width} columns and {height} rows", id.pixel[0], id.pixel[1]);
-        return Ok(ExitStatus::CommandLine);
-    }
-    if !choose_camera(&mut built) {
-        let names: Vec<&str> = built.camera_names().flatten().collect();
-        say!("error: --pixel needs `--camera NAME`: the scene has {}", names.join(", "));
+    if let Err(why) = look_through(&mut built, &[id.pixel]) {
+        say!("error: {why}");
         return Ok(ExitStatus::CommandLine);
     }
     let replayed = replay::follow(&Job::of(&built), id);
@@ -92,6 +86,22 @@ pub(super) fn replay(args: &RenderArgs, overrides: &Overrides, id: SampleId, com
     }
     print(&replayed.to_text(&built, &labels, &sources))?;
     Ok(ExitStatus::Done)
+}
+
+/// Looks through the only camera, or the one without a name, whose picture has these pixels.
+///
+/// # Errors
+/// What is wrong with the command line, if there is no such camera or pixel.
+pub(super) fn look_through(built: &mut BuiltScene, pixels: &[[u32; 2]]) -> Result<(), String> {
+    let [width, height] = built.film.resolution();
+    if let Some([x, y]) = pixels.iter().find(|[x, y]| *x >= width || *y >= height) {
+        return Err(format!("--pixel {x},{y}: the picture has {width} columns and {height} rows"));
+    }
+    if choose_camera(built) {
+        return Ok(());
+    }
+    let names: Vec<&str> = built.camera_names().flatten().collect();
+    Err(format!("--pixel needs `--camera NAME`: the scene has {}", names.join(", ")))
 }
 
 /// Looks through the only camera, or through the one without a name; false if there is neither.

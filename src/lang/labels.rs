@@ -47,6 +47,11 @@ impl Labels {
         Self { shapes: shapes.collect(), lights: lights.collect() }
     }
 
+    /// The plugins of the `Shape` directives, in their order.
+    pub fn shape_plugins(&self) -> impl Iterator<Item = &str> {
+        self.shapes.iter().map(|shape| shape.plugin.as_str())
+    }
+
     /// The shape of the `Shape` directive number `index`, counted from 0.
     pub fn shape(&self, index: u32, sources: &SourceMap) -> Option<Label> {
         let ShapeLabel { plugin, span, material } = self.shapes.get(index as usize)?;

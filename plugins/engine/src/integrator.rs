@@ -33,7 +33,7 @@ pub trait Integrator: Send + Sync {
     fn way(&self, world: &World, ray: &Ray) -> (RayEnd, Vec<WayPoint>) {
         let mut way = TimedWay::new(world);
         let end = self.watched(world, ray, &mut way);
-        (end, way.points())
+        (end, way.points(ray.side))
     }
 
     /// Coordinate time that light takes from the surface on which `ray` ends to where it starts (scene units), to rounding along the curve that is

@@ -127,7 +127,13 @@ impl<'w> TimedWay<'w> {
         Self { time: TravelTime::new(world), ahead: Vec::new(), points: Vec::new() }
     }
 
-    pub fn points(self) -> Vec<WayPoint> {
+    /// The points; of a ray that starts on `side`.
+    pub fn points(mut self, side: Side) -> Vec<WayPoint> {
+        // Those of no part: where a ray goes nowhere, or leaves for ever at once.
+        for (swept, x) in self.ahead {
+            let (side, time) = self.points.last().map_or((side, Some(0.0)), |last| (last.place.side, None));
+            self.points.push(WayPoint { place: Place { x, side }, swept, tangent: DVec3::ZERO, time });
+        }
         self.points
     }
 }
