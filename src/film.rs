@@ -3,6 +3,7 @@
 use crate::image::{Frame, Picture, single_precision};
 use crate::layers::LayerPicture;
 use crate::memory::{self, OutOfMemory};
+use crate::point_picture::PointPicture;
 use crate::render::waves::Wave;
 use bhs_core::camera::Film;
 use bhs_engine::layer::{LayerFormat, NamedLayer, Statistic, Value};
@@ -63,12 +64,19 @@ pub struct Framebuffer {
     frame: [u32; 2],
     channels: Vec<String>,
     layers: Vec<NamedLayer>,
+    /// What is added to the means of samples.
+    points: Option<PointPicture>,
 }
 
 impl Tile {
     /// The number here of a pixel of the whole frame that lies within.
     pub fn index(&self, [x, y]: [u32; 2]) -> usize {
         ((y - self.origin[1]) * self.size[0] + (x - self.origin[0])) as usize
+    }
+
+    /// Column and row of the pixel `i` in the whole frame.
+    pub fn pixel(&self, i: usize) -> [u32; 2] {
+        [self.origin[0] + i as u32 % self.size[0], self.origin[1] + i as u32 / self.size[0]]
     }
 
     /// Adds a sample's values of all layers to the pixel `i`; the samples of a pixel come in their order.
@@ -186,7 +194,17 @@ impl Framebuffer {
                 }));
             }
         }
-        Ok(Self { tiles, crop: film.crop(), frame: film.resolution(), channels, layers: layers.to_vec() })
+        Ok(Self { tiles, crop: film.crop(), frame: film.resolution(), channels, layers: layers.to_vec(), points: None })
+    }
+
+    /// The same frame with the points of the sky that its picture shows besides samples.
+    pub fn with_points(self, points: Option<PointPicture>) -> Self {
+        Self { points, ..self }
+    }
+
+    /// The points of the sky, if it shows any.
+    pub fn points(&self) -> Option<&PointPicture> {
+        self.points.as_ref()
     }
 
     /// Number of channels.
@@ -212,15 +230,14 @@ impl Framebuffer {
         counts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
-    /// The picture as it stands, without the layers: every pixel the weighted mean of the samples that it has; black without any.
+    /// The picture as it stands, without the layers: every pixel the weighted mean of the samples that it has, none without any, and what points
+    /// of the sky add to it.
     pub fn picture(&self) -> Picture {
         let n = self.channels.len();
         let mut data = vec![0.0f32; self.pixel_count() as usize * n];
         self.each_pixel(|pixel, tile, i| {
-            if tile.weights[i] != 0.0 {
-                for c in 0..n {
-                    data[pixel * n + c] = single_precision(tile.sums[i * n + c] / tile.weights[i]);
-                }
+            for (c, value) in self.values(tile, i).enumerate() {
+                data[pixel * n + c] = single_precision(value);
             }
         });
         let [x0, x1, y0, y1] = self.crop.map(|c| c as usize);
@@ -241,10 +258,9 @@ impl Framebuffer {
                 found.push(BeyondSinglePrecision { channel: channel.to_owned(), pixels: 1, first });
             }
         };
-        let n = self.channels.len();
         self.each_pixel(|pixel, tile, i| {
-            for (channel, sum) in self.channels.iter().zip(&tile.sums[i * n..]) {
-                if tile.weights[i] != 0.0 && !((sum / tile.weights[i]) as f32).is_finite() {
+            for (channel, value) in self.channels.iter().zip(self.values(tile, i)) {
+                if !(value as f32).is_finite() {
                     note(channel, pixel);
                 }
             }
@@ -278,13 +294,25 @@ impl Framebuffer {
         pictures
     }
 
+    /// The channels of the picture in the pixel `i` of a tile.
+    fn values<'t>(&'t self, tile: &'t Tile, i: usize) -> impl Iterator<Item = f64> + 't {
+        let n = self.channels.len();
+        let points = self.points.as_ref().and_then(|points| points.pixel(tile.pixel(i))).unwrap_or_default();
+        let weight = tile.weights[i];
+        tile.sums[i * n..][..n].iter().enumerate().map(move |(c, sum)| {
+            let mean = if weight != 0.0 { sum / weight } else { 0.0 };
+            // Nothing is added where nothing is drawn: not even a sign of zero changes.
+            points.get(c).map_or(mean, |point| mean + point)
+        })
+    }
+
     /// Calls `f` with the index of every pixel in the picture, its tile, and its index there.
     fn each_pixel(&self, mut f: impl FnMut(usize, &Tile, usize)) {
         let [x0, x1, y0, _] = self.crop;
         for tile in &self.tiles {
             let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             for i in 0..tile.weights.len() {
-                let [x, y] = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
+                let [x, y] = tile.pixel(i);
                 f((y - y0) as usize * (x1 - x0) as usize + (x - x0) as usize, &tile, i);
             }
         }

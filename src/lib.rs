@@ -6,6 +6,7 @@
 //! `bhs-engine` too; ARCHITECTURE.md says where things are.
 
 pub mod bench;
+pub mod bloom;
 pub mod checkpoint;
 pub mod cli;
 pub mod commands;
@@ -24,6 +25,7 @@ pub mod not_finite;
 pub mod output;
 pub mod plot;
 pub mod plugins_table;
+pub mod point_picture;
 pub mod progress;
 pub mod registry;
 pub mod render;
@@ -31,5 +33,6 @@ pub mod replay;
 pub mod report;
 pub mod sample;
 pub mod signals;
+pub mod sky_points;
 pub mod stats;
 pub mod trace;

@@ -1,6 +1,7 @@
 //! What a render took, as JSON.
 
 use crate::bench::clock::processor_seconds;
+use crate::point_picture::PointCounters;
 use bhs_engine::stats::Counters;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
@@ -103,6 +104,11 @@ pub fn counters_to_json(c: &Counters) -> Value {
         all["connections"]["not_found"] = json!(missed);
     }
     all
+}
+
+/// Counts of the points of the sky as JSON.
+pub fn points_to_json(c: &PointCounters) -> Value {
+    json!({ "points": c.points, "images": c.images, "occluded": c.occluded })
 }
 
 /// The largest amount of memory that the process has had so far (bytes); `None` where the system does not tell.

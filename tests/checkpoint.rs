@@ -66,8 +66,10 @@ fn kinds() -> Vec<(&'static str, BuiltScene)> {
     let rgb = format!("Film \"rgb\" {SMALL}");
     let spectral = format!("Film \"spectral\" {SMALL} {LAYERS}");
     let stratified = r#""stratified" "integer xsamples" 8 "integer ysamples" 8"#;
+    let stars = "WorldBegin\nLightSource \"stars\" \"integer number\" 500 \"float scale\" 1e8";
     [
         ("plain", scene(&rgb, SOBOL, "")),
+        ("stars", scene(&format!("{rgb} {LAYERS}"), SOBOL, "").replace("WorldBegin", stars)),
         ("layers", scene(&format!("{rgb} {LAYERS}"), SOBOL, "")),
         ("spectral film", scene(&spectral, r#""independent" "integer pixelsamples" 40"#, "")),
         ("guiding", scene(&rgb, SOBOL, "\"bool guiding\" true")),

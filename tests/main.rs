@@ -46,6 +46,7 @@ mod sky_lights;
 mod sources;
 mod spacetimes;
 mod standard_error;
+mod stars;
 mod textures;
 mod thin;
 mod tolman;

@@ -30,7 +30,11 @@ fn what_is_wrong_with_motions_is_told() {
     let endless = "x".repeat(5000);
     for (camera, message, help) in [
         ("\"string motion\" \"velocty\" \"vector3 velocity\" [0 0 0.1]", "unknown motion `velocty`", "did you mean `velocity`?"),
-        (&*format!("\"string motion\" \"{endless}\""), "unknown motion `xxx", "there is infalling, keplerian, rotating, static, velocity, zamo"),
+        (
+            &*format!("\"string motion\" \"{endless}\""),
+            "unknown motion `xxx",
+            "there is infalling, keplerian, rotating, static, velocity, zamo",
+        ),
         ("\"vector3 velocity\" [0 0 1]", "nothing is as fast as light", ""),
         ("\"string motion\" \"static\" \"vector3 velocity\" [0 0 0.1]", "the motion `static` takes no `velocity`", ""),
         ("\"float motion\" 1", "`motion`", ""),

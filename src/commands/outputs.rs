@@ -1,6 +1,7 @@
 //! The files of a picture: their names, and how they are written.
 
 use super::render::{closing_words, stats_json};
+use crate::bloom;
 use crate::checkpoint::previous;
 use crate::cli::RenderArgs;
 use crate::false_color::{self, FalseColor};
@@ -186,7 +187,7 @@ impl Outputs {
             let colors = FalseColor::new(layer);
             is(file.path(), &|to| image::write_png(to, picture.size, colors.pixels().as_flattened()))
         });
-        let png = || is(self.png.path(), &|to| picture.write_png(to, |pixel| built.film.display(pixel)));
+        let png = || is(self.png.path(), &|to| write_png(to, &picture, built));
         let stats = || self.stats.as_ref().is_none_or(|file| file.path().exists());
         shown && png() && stats() && {
             let picture = picture.with_layers(&layers);
@@ -202,7 +203,7 @@ impl Outputs {
         let picture = rendered.frame.picture();
         let (layers, attributes) = (rendered.frame.layers(), header::attributes(built, rendered));
         let mut set = OutputSet::new();
-        set.add(self.as_far_as_mine(&self.png), |to| picture.write_png(to, |pixel| built.film.display(pixel)));
+        set.add(self.as_far_as_mine(&self.png), |to| write_png(to, &picture, built));
         set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
         set.write_in_place()?;
         self.is_written.store(true, Ordering::Relaxed);
@@ -221,7 +222,7 @@ impl Outputs {
         let attributes = header::attributes(built, rendered);
         let size = picture.size;
         let mut set = OutputSet::new();
-        set.add(self.as_far_as_mine(&self.png), |to| picture.write_png(to, |pixel| built.film.display(pixel)));
+        set.add(self.as_far_as_mine(&self.png), |to| write_png(to, &picture, built));
         for (file, layer) in self.shown.iter().zip(&layers) {
             let colors = FalseColor::new(layer);
             if !quiet {
@@ -274,6 +275,11 @@ fn claim_checkpoint(plan: &mut Plan, path: &Path, by: NamedBy) -> Option<OutputF
 /// A claim that may not have been made: `None` if it was refused.
 fn none_or<T>(claimed: Option<Option<T>>) -> Option<Option<T>> {
     claimed.map_or(Some(None), |claimed| claimed.map(Some))
+}
+
+/// Writes the colours as they are displayed.
+fn write_png(to: impl Write, picture: &Picture, built: &BuiltScene) -> Result<()> {
+    bloom::with_glare(picture, built.film.bloom()).write_png(to, |pixel| built.film.display(pixel))
 }
 
 /// Writes colours and layers as EXR.

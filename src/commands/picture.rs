@@ -46,7 +46,7 @@ impl Session<'_> {
         let checkpoint = self.checkpoint(built, &outputs);
         let most = built.sampler.samples_per_pixel();
         let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
-        let new = || RenderState::new(Job::of(built));
+        let new = || pool.install(|| RenderState::new(Job::of(built)));
         let state = match checkpoint.as_ref().filter(|_| args.resume) {
             None => new()?,
             Some(file) => {

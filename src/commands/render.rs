@@ -9,10 +9,11 @@ use crate::memory;
 use crate::memory::picture::TooLarge;
 use crate::not_finite::{self, SampleId};
 use crate::output::{self, Plan, Rescue};
+use crate::point_picture::PointCounters;
 use crate::render::{Ended, Rendered};
 use crate::say;
 use crate::signals::Signals;
-use crate::stats::{Phases, counters_to_json, missed_connections, peak_memory};
+use crate::stats::{Phases, counters_to_json, missed_connections, peak_memory, points_to_json};
 use anyhow::{Context, Result};
 use serde_json::json;
 use std::path::Path;
@@ -87,7 +88,7 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
 }
 
 pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {
-    json!({
+    let mut all = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "scene": built.hash,
         "seed": built.seed,
@@ -105,7 +106,11 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
         "zero_area_triangles_dropped": built.load.zero_area_triangles,
         "counts": counters_to_json(&rendered.counters),
         "not_finite": not_finite::to_json(rendered.counters.not_finite, &rendered.not_finite, &rendered.frame),
-    })
+    });
+    if let Some(points) = rendered.frame.points() {
+        all["stars"] = points_to_json(&points.counters);
+    }
+    all
 }
 
 /// Share of rays to light samples from which on it is told that they were not found.
@@ -134,6 +139,10 @@ pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
             "of {sought} light samples the rays were not found, image by image, for {}; their light is left to chance",
             shares.join(", ")
         );
+    }
+    if let Some(points) = rendered.frame.points() {
+        let PointCounters { points, images, occluded } = points.counters;
+        say!("{points} stars have {images} images in the picture, and {occluded} that are occluded");
     }
     if c.out_of_steps > 0 {
         say!("warning: {} rays ran out of steps and count as black; raise the integrator's `maxsteps`", c.out_of_steps);

@@ -7,6 +7,7 @@ use crate::lang::instances::Placed;
 use crate::lang::moving;
 use crate::lang::overrides::Overrides;
 use crate::lang::parts::{LoadCounters, Part, PartAreaLight, PartCamera, PartLight, Parts, View};
+use crate::lang::sky_points::SkyPoints;
 use crate::lang::spacetime::{Gravity, choose_integrator};
 use crate::registry::Registry;
 use bhs_core::camera::Camera;
@@ -87,6 +88,8 @@ pub(super) fn assemble(
         (true, false) => Err("use Integrator \"adaptive\" \"bool connections\" true, or a light that has a size"),
         (false, _) => Err("use LightTransport \"path\" with light sampling, or a light that has a size"),
     };
+    let points = SkyPoints::new(&parts.lights, joins);
+    points.check(&cameras, found);
     check_points(&parts.lights, sampling, in_world.as_ref(), found);
     warn_dark(&parts.lights, &parts.area_lights, &shapes, found);
     // Also where rays are taken to be straight, emission is that of the scene's spacetime.
@@ -199,13 +202,14 @@ pub(super) fn assemble(
     for PartCamera { name, camera, viewpoint, .. } in cameras {
         let camera = camera?;
         let footprints = footprints(&world.bounds_of_both_sides(), camera.as_ref());
-        further_views.push_back(View { name, camera, viewpoint, footprints });
+        let draws_points = points.is_drawn_by(camera.as_ref());
+        further_views.push_back(View { name, camera, viewpoint, footprints, draws_points });
     }
     let view = further_views.pop_front()?;
-    let footprints = view.footprints;
+    let (footprints, draws_points) = (view.footprints, view.draws_points);
     let depends_on_time = emitters.iter().any(|e| e.light.depends_on_time());
     let light_sampler = LightSampler { emitters, lights, sides, choice, depends_on_time };
-    let scene = Scene { world, integrator, shapes: bindings, light_sampler, footprints };
+    let scene = Scene { world, integrator, shapes: bindings, light_sampler, footprints, draws_points };
     Some(Assembled { scene, view, further_views, integrator_name, load })
 }
 

@@ -84,11 +84,12 @@ impl BuiltScene {
     /// Looks through the next camera of the scene in place of the current one; false if there is none.
     pub fn next_camera(&mut self) -> bool {
         let Some(view) = self.further_views.pop_front() else { return false };
-        let View { name, camera, viewpoint, footprints } = view;
+        let View { name, camera, viewpoint, footprints, draws_points } = view;
         self.camera = camera;
         self.viewpoint = viewpoint;
         self.camera_name = name;
         self.scene.footprints = footprints;
+        self.scene.draws_points = draws_points;
         true
     }
 }

@@ -32,6 +32,7 @@ pub mod parse;
 mod parts;
 pub mod resolve;
 mod seed;
+mod sky_points;
 pub mod source;
 mod spacetime;
 #[cfg(test)]

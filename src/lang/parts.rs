@@ -103,6 +103,8 @@ pub(super) struct View {
     pub camera: Box<dyn Camera>,
     pub viewpoint: Viewpoint,
     pub footprints: Footprints,
+    /// See [`bhs_engine::scene::Scene::draws_points`].
+    pub draws_points: bool,
 }
 
 /// What was loaded.

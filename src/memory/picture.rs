@@ -41,11 +41,13 @@ impl Need {
         let channels = colors + layers.iter().map(|l| l.format.channels.len() as u64).sum::<u64>();
         let [sums, tiles] = Framebuffer::bytes(film, layers);
         let layers = layers.len() as u64;
+        // Glare: a channel and its transfer function, each beside its transpose, and the colours once more.
+        let glare = if film.bloom() > 0.0 { 4 * 8 + 4 * colors } else { 0 };
         // The colours as floats, the layers as options of three doubles, and these in colours of three bytes.
         let held = 4 * colors + (32 + 3) * layers;
         // Bytes of colour and what they are compressed to; for EXR the channels together, if there are layers, and then one by one.
         let (png, exr) = (3 + 3, 4 * channels + if layers > 0 { 4 * (colors + channels) } else { 0 });
-        Self { sums, tiles, writing: ENCODERS + pixels.saturating_mul(held + png.max(exr)) }
+        Self { sums, tiles, writing: ENCODERS + pixels.saturating_mul(held + glare + png.max(exr)) }
     }
 
     /// All of it, as it is needed at once.

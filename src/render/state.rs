@@ -7,6 +7,7 @@ use crate::memory::OutOfMemory;
 use crate::not_finite::FirstSamples;
 use crate::progress::Progress;
 use crate::signals::{Signals, StopSignal};
+use crate::sky_points;
 use bhs_engine::stats::Counters;
 use bhs_engine::transport::LightTransport;
 use rayon::prelude::*;
@@ -66,13 +67,13 @@ pub struct Snapshot {
 }
 
 impl<'a> RenderState<'a> {
-    /// A render that has not begun.
+    /// A render that has not begun, with the points of the sky that its picture shows: these are found on the current rayon pool.
     ///
     /// # Errors
     /// If there is not enough memory for its frame.
     pub fn new(job: Job<'a>) -> Result<Self, OutOfMemory> {
         Ok(Self {
-            frame: Arc::new(Framebuffer::new(job.film, job.layers)?),
+            frame: Arc::new(Framebuffer::new(job.film, job.layers)?.with_points(sky_points::draw(&job))),
             layers: LayerCollector::new(job.scene, job.film, job.layers),
             shared: RwLock::new(Shared {
                 memory: job.transport.for_render(job.scene),

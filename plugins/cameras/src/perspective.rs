@@ -19,7 +19,7 @@
 
 use crate::screen::{Lens, Screen, nearest_in};
 use bhs_core::Plugin;
-use bhs_core::camera::{Camera, CameraMatrices, CameraRay};
+use bhs_core::camera::{Camera, CameraMatrices, CameraRay, Projection, is_near_film};
 use bhs_core::params::Params;
 use glam::{DAffine3, DMat4, DVec2, DVec3, DVec4, Vec2};
 
@@ -80,7 +80,28 @@ impl Camera for Perspective {
         })
     }
 
+    fn projection(&self) -> Option<&dyn Projection> {
+        // Through a lens light from one direction spreads over a disk of the film.
+        self.lens.is_pinhole().then_some(self)
+    }
+
     fn rebase(&mut self, origin: DVec3) {
         self.render_from_camera.translation -= origin;
+    }
+}
+
+impl Projection for Perspective {
+    fn project(&self, direction: DVec3, margin: f64, at: &mut dyn FnMut(DVec2, f64)) {
+        let m = self.render_from_camera.matrix3;
+        let seen = m.inverse() * direction;
+        if seen.z <= 0.0 {
+            return;
+        }
+        let on_screen = seen.truncate() / seen.z;
+        let raster = self.screen.raster(on_screen);
+        if is_near_film(raster, self.resolution, margin) {
+            let pixel = self.screen.pixel_area() * m.determinant().abs();
+            at(raster, pixel / (m * on_screen.extend(1.0)).length().powi(3));
+        }
     }
 }

@@ -61,6 +61,16 @@ impl Screen {
         self.corner + raster * self.per_pixel
     }
 
+    /// The point of the film (pixels) that has the given screen coordinates.
+    pub fn raster(&self, on_screen: DVec2) -> DVec2 {
+        (on_screen - self.corner) / self.per_pixel
+    }
+
+    /// Area of a pixel, screen coordinates.
+    pub fn pixel_area(&self) -> f64 {
+        (self.per_pixel.x * self.per_pixel.y).abs()
+    }
+
     /// From screen coordinates to the film of the given size (pixels), 0 to 1 from left to right and from top to bottom.
     pub fn ndc_from_screen(&self, resolution: DVec2) -> DMat4 {
         let scale = (self.per_pixel * resolution).recip();
@@ -90,10 +100,15 @@ impl Lens {
         Self { radius, focal_distance }
     }
 
+    /// Whether it has no width, so that everything is sharp.
+    pub fn is_pinhole(self) -> bool {
+        self.radius == 0.0
+    }
+
     /// Moves a ray of camera space, whose direction has the z component 1, from its place to one of the lens around it; it meets the same
     /// point of the plane that is sharp. `u`: two numbers in [0,1).
     pub fn refract(self, origin: DVec3, direction: DVec3, u: Vec2) -> (DVec3, DVec3) {
-        if self.radius == 0.0 {
+        if self.is_pinhole() {
             return (origin, direction);
         }
         let on_lens = (concentric_disk(u).as_dvec2() * self.radius).extend(0.0);

@@ -14,10 +14,10 @@
 //! ```
 
 use bhs_core::Plugin;
-use bhs_core::camera::{Camera, CameraMatrices, CameraRay};
+use bhs_core::camera::{Camera, CameraMatrices, CameraRay, Projection, is_near_film};
 use bhs_core::params::Params;
-use glam::{DAffine3, DVec2, DVec3, Vec2};
-use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec2Swizzles};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Camera> = Plugin { name: "spherical", summary: "everything around one point in one picture", build };
@@ -71,6 +71,75 @@ fn equal_area_direction(mut p: DVec2) -> DVec3 {
     DVec3::new(phi.cos().copysign(uv.x) * sin_theta, phi.sin().copysign(uv.y) * sin_theta, z)
 }
 
+/// The point of the unit square whose [`equal_area_direction`] is the unit vector `d`.
+fn equal_area_point(d: DVec3) -> DVec2 {
+    let r = (1.0 - d.z.abs()).max(0.0).sqrt();
+    let phi = d.y.abs().atan2(d.x.abs()) / FRAC_PI_2;
+    let upper = DVec2::new(r - r * phi, r * phi);
+    let p = if d.z < 0.0 { 1.0 - upper.yx() } else { upper };
+    0.5 * (p.copysign(d.truncate()) + 1.0)
+}
+
+impl Spherical {
+    /// All points of the plane that the picture's map, which goes on over its edges, shows at the point `p` of the unit square.
+    fn repeated(&self, p: DVec2) -> [DVec2; 9] {
+        let (x, y) = (p.x, p.y);
+        let all = match self.mapping {
+            // Over an edge, one comes back half way along it.
+            Mapping::EqualArea => [
+                (x, y),
+                (-x, 1.0 - y),
+                (2.0 - x, 1.0 - y),
+                (1.0 - x, -y),
+                (1.0 - x, 2.0 - y),
+                (x - 1.0, y - 1.0),
+                (x - 1.0, y + 1.0),
+                (x + 1.0, y - 1.0),
+                (x + 1.0, y + 1.0),
+            ],
+            // Over a pole, one comes down on the other side of it.
+            Mapping::Equirectangular => {
+                let beyond = if x < 0.5 { x + 0.5 } else { x - 0.5 };
+                [
+                    (x, y),
+                    (x - 1.0, y),
+                    (x + 1.0, y),
+                    (beyond, -y),
+                    (beyond - 1.0, -y),
+                    (beyond + 1.0, -y),
+                    (beyond, 2.0 - y),
+                    (beyond - 1.0, 2.0 - y),
+                    (beyond + 1.0, 2.0 - y),
+                ]
+            }
+        };
+        all.map(|(x, y)| DVec2::new(x, y))
+    }
+}
+
+impl Projection for Spherical {
+    fn project(&self, direction: DVec3, margin: f64, at: &mut dyn FnMut(DVec2, f64)) {
+        let m = self.render_from_camera.matrix3;
+        let seen = (m.inverse() * direction).normalize();
+        let up_is_z = DVec3::new(seen.x, seen.z, seen.y);
+        let area = self.resolution.x * self.resolution.y;
+        let (p, solid_angle) = match self.mapping {
+            Mapping::EqualArea => (equal_area_point(up_is_z), 2.0 * TAU / area),
+            Mapping::Equirectangular => {
+                let across = up_is_z.truncate().length();
+                let phi = up_is_z.y.atan2(up_is_z.x).rem_euclid(TAU);
+                (DVec2::new(phi / TAU, across.atan2(up_is_z.z) / PI), across * PI * TAU / area)
+            }
+        };
+        let solid_angle = solid_angle * m.determinant().abs() / (m * seen).length().powi(3);
+        for raster in self.repeated(p).map(|p| p * self.resolution) {
+            if is_near_film(raster, self.resolution, margin) {
+                at(raster, solid_angle);
+            }
+        }
+    }
+}
+
 impl Camera for Spherical {
     fn ray(&self, raster: DVec2, _: Vec2) -> CameraRay {
         let uv = raster / self.resolution;
@@ -99,6 +168,10 @@ impl Camera for Spherical {
 
     fn matrices(&self) -> Option<CameraMatrices> {
         Some(CameraMatrices { camera_from_render: self.render_from_camera.inverse(), screen_from_camera: None })
+    }
+
+    fn projection(&self) -> Option<&dyn Projection> {
+        Some(self)
     }
 
     fn rebase(&mut self, origin: DVec3) {

@@ -76,14 +76,37 @@ pub trait Camera: Send + Sync {
         None
     }
 
+    /// Where its picture shows light from far away. `None`: its rays start in several places, and no single one of them shows a star.
+    fn projection(&self) -> Option<&dyn Projection> {
+        None
+    }
+
     /// Moves the camera by `-origin`, from world space to render space. Called once, before anything else.
     fn rebase(&mut self, origin: DVec3);
+}
+
+/// The inverse of a camera all of whose rays start in [`Camera::position`].
+pub trait Projection: Send + Sync {
+    /// Calls `at` with each point of the film (pixels) at which [`Camera::ray`] has the unit local direction `direction`, up to `margin` pixels
+    /// outside of the picture, and with the solid angle that the camera sees there per area of the film [sr/pixel^2].
+    fn project(&self, direction: DVec3, margin: f64, at: &mut dyn FnMut(DVec2, f64));
+}
+
+/// Whether `raster` lies on a film of the given size, or at most `margin` outside of it (pixels, all of them).
+pub fn is_near_film(raster: DVec2, resolution: DVec2, margin: f64) -> bool {
+    raster.cmpge(DVec2::splat(-margin)).all() && raster.cmple(resolution + margin).all()
 }
 
 /// A pixel's reconstruction filter, applied by choosing where samples go, so that each sample touches its own pixel only.
 pub trait Filter: Send + Sync {
     /// Offset from the pixel's centre (pixels) and weight of a sample, from two numbers in [0,1).
     fn sample(&self, u: Vec2) -> (Vec2, f32);
+
+    /// Half width and half height (pixels).
+    fn radius(&self) -> DVec2;
+
+    /// Its value at `offset` from the pixel's centre (pixels), in units of its own; 0 outside of the radius.
+    fn value(&self, offset: DVec2) -> f64;
 }
 
 /// Turns spectral samples into the numbers of a pixel.
@@ -106,6 +129,11 @@ pub trait Film: Send + Sync {
     /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to a pixel's sums, one for each channel. There may be
     /// three of them only, for who asks for the colour alone: films begin with red, green and blue.
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]);
+
+    /// Radius of the glare around what is bright in the picture that is displayed (pixels, at 550 nm); 0: none.
+    fn bloom(&self) -> f64 {
+        0.0
+    }
 
     /// Display colour (sRGB, encoded, 0 to 1) of a pixel whose channels have the given values.
     fn display(&self, channels: &[f32]) -> [f32; 3];

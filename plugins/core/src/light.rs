@@ -123,6 +123,18 @@ pub trait Light: Send + Sync {
         0.0
     }
 
+    /// The unit chart directions of its points, if it is made of points of the sky: stars. A picture draws each of them where its light arrives
+    /// at the camera; all other rays see small discs in their places, by [`Light::sky_radiance`].
+    fn points(&self) -> &[DVec3] {
+        &[]
+    }
+
+    /// Spectral irradiance [W m^-2 nm^-1] of the point `number` of [`Light::points`], on a surface at right angles to its light far from any
+    /// hole, at the given wavelengths there (nm).
+    fn point_irradiance(&self, _number: usize, _lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
+        SampledSpectrum::ZERO
+    }
+
     /// Moves the light by `-origin`, from world space to render space. Called once, before anything else.
     fn rebase(&mut self, _origin: DVec3) {}
 }

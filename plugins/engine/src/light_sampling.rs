@@ -238,7 +238,15 @@ impl LightSampler {
         self.sum_of_sky(sky.1, lambda, |_, light, lambda_nm| light.sky_radiance(sky.0, lambda_nm))
     }
 
-    /// The same, each light that [`LightSampler::sample`] draws multiplied by `weight` of the density with which it draws the direction (per
+    /// The same without lights that are points, which a picture draws by itself.
+    pub fn sky_without_points(&self, sky: (DVec3, Side), lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.sum_of_sky(sky.1, lambda, |_, light, lambda_nm| match light.points().is_empty() {
+            true => light.sky_radiance(sky.0, lambda_nm),
+            false => SampledSpectrum::ZERO,
+        })
+    }
+
+    /// The light along the way of [`LightSampler::sky`], each light that [`LightSampler::sample`] draws multiplied by `weight` of the density with which it draws the direction (per
     /// solid angle far from all mass).
     pub fn sky_weighted(
         &self,

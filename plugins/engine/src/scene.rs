@@ -10,7 +10,7 @@ use bhs_core::material::{Material, Shading};
 use bhs_core::motion::Motion;
 use bhs_core::observer::Observer;
 use bhs_core::ray::{Ray, SurfaceHit};
-use bhs_core::spacetime::Place;
+use bhs_core::spacetime::{Place, Side};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
@@ -40,6 +40,8 @@ pub struct Scene {
     pub light_sampler: LightSampler,
     /// How finely rays are told from their neighbours.
     pub footprints: Footprints,
+    /// Whether the picture draws the points of its lights ([`bhs_core::light::Light::points`]): rays of the camera do not see these.
+    pub draws_points: bool,
 }
 
 /// Footprints of rays (scene units): see [`Ray::footprint`].
@@ -262,17 +264,32 @@ impl Scene {
         self.world.static_observer(place)
     }
 
+    /// The observer at `viewpoint` in the place `origin` (render space); `None` where nothing can be or move so.
+    #[inline]
+    pub fn camera_observer(&self, origin: DVec3, viewpoint: &Viewpoint) -> Option<Observer> {
+        let place = Place { x: origin, side: viewpoint.side };
+        match &viewpoint.motion {
+            Some(motion) => self.world.moving_observer(motion.as_ref(), place),
+            None => self.observer(place),
+        }
+    }
+
+    /// The light of the sky that a ray finds in the direction `sky.0` on the side `sky.1`, at the wavelengths `lambda` at E = 1; `of_camera`: the
+    /// ray is the camera's own, which does not see what the picture draws.
+    #[inline]
+    pub fn sky(&self, sky: (DVec3, Side), lambda: &SampledWavelengths, of_camera: bool) -> SampledSpectrum {
+        match of_camera && self.draws_points {
+            true => self.light_sampler.sky_without_points(sky, lambda),
+            false => self.light_sampler.sky(sky, lambda),
+        }
+    }
+
     /// The ray along which an observer at `viewpoint` sees what `seen` shows, and the wavelength of its light there over that at E = 1; `None`, and
     /// some ray, where nothing can stand still or move so, and where no light can come from.
     #[inline]
     pub fn camera_ray(&self, seen: &CameraRay, viewpoint: &Viewpoint) -> (Ray, Option<f64>) {
         let side = viewpoint.side;
-        let place = Place { x: seen.origin, side };
-        let observer = match &viewpoint.motion {
-            None => self.observer(place),
-            Some(motion) => self.world.moving_observer(motion.as_ref(), place),
-        };
-        let (direction, ratio) = match &observer {
+        let (direction, ratio) = match &self.camera_observer(seen.origin, viewpoint) {
             // Light without energy far away comes from nowhere outside.
             Some(observer) if observer.moves() && !observer.has_positive_energy(seen.direction) => (seen.direction, None),
             Some(observer) => {

@@ -76,6 +76,11 @@ pub trait LightTransport: Send + Sync {
         if saved.is_empty() { Ok(()) } else { Err("the light transport has no memory, and some was saved".to_owned()) }
     }
 
+    /// Whether its pictures show light: not those of normals, in which nothing shines.
+    fn shows_light(&self) -> bool {
+        true
+    }
+
     /// Whether it samples lights (next-event estimation): one that does not cannot find a light that shines from a point.
     fn samples_lights(&self) -> bool {
         false

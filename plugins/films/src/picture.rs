@@ -39,6 +39,8 @@ pub(crate) struct Picture {
     observer: MatchingFunctions,
     scale: f32,
     curve: ToneCurve,
+    /// Pixels.
+    pub bloom: f64,
 }
 
 impl Picture {
@@ -62,6 +64,8 @@ impl Picture {
         let hi = p.get_in("lambdamax", 830.0, 1.0..=1e7, "nm", "greatest recorded wavelength") as f32;
         let exposure = p.get_in("exposure", 0.0, -64.0..=64.0, "stops", "brightness of the PNG");
         let curve = p.get("tonecurve", "clip".to_owned(), "", "of the PNG: `clip`, `reinhard` or `aces`");
+        let bloom =
+            p.get_in("bloom", 0.0, 0.0..=1000.0, "pixels", "radius of the glare of an aperture in the PNG, at 550 nm; 0: none");
         if lo >= hi {
             p.reject("lambdamax", "`lambdamax` is not above `lambdamin`", format!("expected more than {lo} nm"));
             return None;
@@ -101,6 +105,7 @@ impl Picture {
             observer: MatchingFunctions::cie_1931(),
             scale: 2f32.powf(exposure as f32),
             curve,
+            bloom,
         })
     }
 

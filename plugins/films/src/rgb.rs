@@ -14,6 +14,7 @@
 //! | `lambdamax` | float | 830 | nm | greatest recorded wavelength |
 //! | `exposure` | float | 0 | stops | brightness of the PNG |
 //! | `tonecurve` | string | "clip" | | of the PNG: `clip`, `reinhard` or `aces` |
+//! | `bloom` | float | 0 | pixels | radius of the glare of an aperture in the PNG, at 550 nm; 0: none |
 //!
 //! What a picture records besides colour (`layers`) is read by the directive of the film.
 //!
@@ -60,6 +61,10 @@ impl Film for Rgb {
 
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]) {
         self.0.add(radiance, lambda, sums);
+    }
+
+    fn bloom(&self) -> f64 {
+        self.0.bloom
     }
 
     fn display(&self, channels: &[f32]) -> [f32; 3] {

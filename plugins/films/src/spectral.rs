@@ -77,6 +77,10 @@ impl Film for Spectral {
         }
     }
 
+    fn bloom(&self) -> f64 {
+        self.picture.bloom
+    }
+
     fn display(&self, channels: &[f32]) -> [f32; 3] {
         self.picture.display(&channels[..3])
     }

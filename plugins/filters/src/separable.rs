@@ -2,7 +2,7 @@
 
 use bhs_core::camera::Filter;
 use bhs_core::sampling::Discrete;
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 /// Cells that half a curve is tabulated in.
 const CELLS: usize = 256;
@@ -50,6 +50,17 @@ impl<F: Fn(f64) -> f64> Separable<F> {
 }
 
 impl<F: Fn(f64) -> f64 + Send + Sync> Filter for Separable<F> {
+    fn radius(&self) -> DVec2 {
+        DVec2::new(self.x.radius, self.y.radius)
+    }
+
+    fn value(&self, offset: DVec2) -> f64 {
+        if offset.abs().cmpgt(self.radius()).any() {
+            return 0.0;
+        }
+        (self.x.value)(offset.x.abs()) * (self.y.value)(offset.y.abs())
+    }
+
     fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let ((x, wx), (y, wy)) = (self.x.sample(u.x), self.y.sample(u.y));
         (Vec2::new(x as f32, y as f32), (wx * wy) as f32)

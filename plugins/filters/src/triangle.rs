@@ -14,7 +14,7 @@ use crate::radii;
 use bhs_core::Plugin;
 use bhs_core::camera::Filter;
 use bhs_core::params::Params;
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Filter> =
@@ -35,6 +35,15 @@ fn tent(u: f32) -> f32 {
 }
 
 impl Filter for Triangle {
+    fn radius(&self) -> DVec2 {
+        self.radius.as_dvec2()
+    }
+
+    fn value(&self, offset: DVec2) -> f64 {
+        let fall = (1.0 - offset.abs() / Filter::radius(self)).max(DVec2::ZERO);
+        fall.x * fall.y
+    }
+
     fn sample(&self, u: Vec2) -> (Vec2, f32) {
         (Vec2::new(tent(u.x), tent(u.y)) * self.radius, 1.0)
     }

@@ -19,8 +19,7 @@
 
 use crate::picture;
 use crate::sky_map::SkyMap;
-use crate::{factor, factor_of, rescale_to, scale};
-use bhs_core::diagnostics::Diagnostic;
+use crate::{factor, factor_of, rescale_to, scale, sky_from_chart};
 use bhs_core::light::{Light, SkySample};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
@@ -52,26 +51,8 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let [lo, hi] = p.context().lambda_range;
     let greatest = map.as_ref().map_or(0.0, |m| f64::from(m.greatest()) * f64::from(d65().max(lo, hi)));
     let scale = factor_of(p, "filename", greatest, scale);
-    let map_from_chart = map_from_chart(p)?;
+    let map_from_chart = sky_from_chart(p)?;
     Some(Box::new(Pictured { map: map?, map_from_chart, scale }))
-}
-
-/// Turns directions of the chart into those of the picture: a rotation, mirrored or not.
-fn map_from_chart(p: &Params) -> Option<DMat3> {
-    let m = p.context().world_from_object.matrix3;
-    let scale = m.x_axis.length();
-    let turn = m * scale.recip();
-    let off = (turn.transpose() * turn - DMat3::IDENTITY).to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    // A matrix in a scene file has few digits.
-    if off < 1e-3 {
-        return Some(turn.transpose());
-    }
-    p.report(
-        Diagnostic::error("bad-transform", "the current transform stretches the sky")
-            .at(p.owner().span, "a picture of it can be turned and mirrored only")
-            .help("put `LightSource` outside of the transform, or scale by the same factor in all directions"),
-    );
-    None
 }
 
 /// A sky of one radiance.

@@ -1,10 +1,11 @@
 //! What emits light. One file, one plugin: `ALL` lists the lights that are no surfaces, `AREA` the emissions of surfaces.
 
+use bhs_core::diagnostics::Diagnostic;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::params::{Params, Point3};
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 mod diffuse;
 mod distant;
@@ -14,10 +15,11 @@ mod picture;
 mod point;
 mod sky_map;
 mod spot;
+mod stars;
 mod thindisc;
 
 /// Lights that are no surfaces, in alphabetical order.
-pub const ALL: &[Plugin<dyn Light>] = &[distant::PLUGIN, infinite::PLUGIN, point::PLUGIN, spot::PLUGIN];
+pub const ALL: &[Plugin<dyn Light>] = &[distant::PLUGIN, infinite::PLUGIN, point::PLUGIN, spot::PLUGIN, stars::PLUGIN];
 
 /// Emissions of surfaces, in alphabetical order.
 pub const AREA: &[Plugin<dyn AreaLight>] = &[diffuse::PLUGIN, thindisc::PLUGIN];
@@ -86,6 +88,25 @@ fn aim(p: &Params, about: [&'static str; 2]) -> Option<(DVec3, DVec3)> {
         p.reject("to", "`from` and `to` are the same point", "no direction leads from one to the other");
     }
     Some((transform.transform_point3(from.0), direction?))
+}
+
+/// Turns directions of the chart into those of a sky under the current transform: a rotation, mirrored or not. `None` after a report that it is
+/// none.
+fn sky_from_chart(p: &Params) -> Option<DMat3> {
+    let m = p.context().world_from_object.matrix3;
+    let scale = m.x_axis.length();
+    let turn = m * scale.recip();
+    let off = (turn.transpose() * turn - DMat3::IDENTITY).to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    // A matrix in a scene file has few digits.
+    if off < 1e-3 {
+        return Some(turn.transpose());
+    }
+    p.report(
+        Diagnostic::error("bad-transform", "the current transform stretches the sky")
+            .at(p.owner().span, "it can be turned and mirrored only")
+            .help("put `LightSource` outside of the transform, or scale by the same factor in all directions"),
+    );
+    None
 }
 
 /// The mean of a spectrum over `lo..=hi`, in nm, by the midpoint rule with steps of at most a nanometre.

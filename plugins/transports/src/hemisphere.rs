@@ -59,7 +59,7 @@ impl LightTransport for Hemisphere {
             let hit = match end.arrival {
                 Arrival::Surface(hit) => hit,
                 Arrival::Sky(direction, side) => {
-                    let found = throughput * scene.light_sampler.sky((direction, side), &lambda);
+                    let found = throughput * scene.sky((direction, side), &lambda, depth == 0);
                     log.note(|| PathEvent::Found(found));
                     radiance += found;
                     break;

@@ -24,6 +24,10 @@ pub const PLUGIN: Plugin<dyn LightTransport> =
 struct Normals;
 
 impl LightTransport for Normals {
+    fn shows_light(&self) -> bool {
+        false
+    }
+
     fn follow(&self, scene: &Scene, path: &mut PathSample, log: &mut PathLog) {
         self.follow_all(scene, std::slice::from_mut(path), log);
     }

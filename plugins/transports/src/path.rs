@@ -231,7 +231,7 @@ impl Path {
                 let State { ray, throughput, lambda, .. } = &states[*i];
                 log.note(|| PathEvent::Traced { ray: *ray, end: *end, throughput: *throughput, lambda_nm: lambda.lambda_nm });
                 let at = Bounce { scene, connections, path: &mut paths[*i], state: &mut states[*i] };
-                if let Some(vertex) = at.arrive(end, log)
+                if let Some(vertex) = at.arrive(end, depth == 0, log)
                     && depth < self.max_depth
                 {
                     let place = guide.filter(|_| vertex.material.is_matt()).map(|g| g.place(&vertex));
@@ -314,9 +314,9 @@ struct Bounce<'a, 'p, 's> {
 }
 
 impl<'s> Bounce<'_, '_, 's> {
-    /// What the ray that ended at `end` has found; the vertex there, if it is one.
+    /// What the ray that ended at `end` has found; the vertex there, if it is one. `of_camera`: whether it is the camera's own ray.
     #[inline(always)]
-    fn arrive(self, end: &RayEnd, log: &mut PathLog) -> Option<Vertex<'s>> {
+    fn arrive(self, end: &RayEnd, of_camera: bool, log: &mut PathLog) -> Option<Vertex<'s>> {
         let Self { scene, connections, path, state } = self;
         if let Some(record) = state.records.last_mut().filter(|r| r.before.is_none()) {
             record.before = Some(path.radiance.mean());
@@ -326,7 +326,7 @@ impl<'s> Bounce<'_, '_, 's> {
             Arrival::Sky(direction, side) => {
                 let sky = match (connections, &state.chosen) {
                     (Some(c), Some(chosen)) => chosen.sky(scene, c, state, (direction, side), end.swept),
-                    _ => scene.light_sampler.sky((direction, side), &state.lambda),
+                    _ => scene.sky((direction, side), &state.lambda, of_camera),
                 };
                 let found = state.throughput * sky;
                 log.note(|| PathEvent::Found(found));
