@@ -171,15 +171,15 @@ fn points_have_the_light_of_small_discs() {
         let light = |radius: f64| {
             format!(r#"LightSource "stars" {STAR} "float radius" {radius} "string filename" "{}""#, star("discs", direction))
         };
-        let scene = |integrator: &str, samples: u32, light: &str| {
+        let scene = |lens: &str, samples: u32, light: &str| {
             format!(
                 r#"
                 Film "rgb" "integer xresolution" 64 "integer yresolution" 64
                 Sampler "sobol" "integer pixelsamples" {samples}
                 PixelFilter "box"
-                Integrator "adaptive" {integrator}
+                Integrator "adaptive"
                 LookAt 0 0 -8  0 0 0  0 1 0
-                Camera "perspective" "float fov" 80 {camera}
+                Camera "perspective" "float fov" 80 {camera} {lens}
                 WorldBegin
                 BlackHole "schwarzschild" "float rs" 0.5
                 {light}
@@ -188,7 +188,8 @@ fn points_have_the_light_of_small_discs() {
         };
         let (points, counters) = picture(&scene("", 1, &light(0.05)));
         assert_eq!(counters.images, 2);
-        let (discs, none) = picture(&scene(r#""bool connections" false"#, 400, &light(0.8)));
+        // A camera with a lens, however small, sees discs.
+        let (discs, none) = picture(&scene(r#""float lensradius" 1e-9"#, 400, &light(0.8)));
         assert_eq!(none, PointCounters::default());
         // The images of this star on both sides of the line through the hole that is at right angles to it.
         let side = |x: usize, y: usize| (x as f64 - 31.5) * direction[0] - (y as f64 - 31.5) * direction[1] >= 0.0;
@@ -205,14 +206,17 @@ fn points_have_the_light_of_small_discs() {
 fn moving_cameras_see_stars_aberrated_and_shifted() {
     let (v, theta) = (0.6f64, 0.5f64);
     let light = format!(r#"LightSource "stars" {STAR} "string filename" "{}""#, star("moving", [theta.sin(), 0.0, theta.cos()]));
-    let text = looking(r#"PixelFilter "box" Camera "perspective" "float fov" 40 "vector3 velocity" [0 0 0.6]"#, &light);
+    // Fine enough that the solid angle of a pixel is the same all over it.
+    let options = r#"PixelFilter "box" Camera "perspective" "float fov" 40 "vector3 velocity" [0 0 0.6]
+        Film "rgb" "integer xresolution" 600 "integer yresolution" 400"#;
+    let text = looking(options, &light);
     let (picture, _) = picture(&text);
     // Einstein 1905: cos theta' = (cos theta + v) / (1 + v cos theta), E'/E = (1 + v cos theta) / sqrt(1 - v^2).
     let seen_at = ((theta.cos() + v) / (1.0 + v * theta.cos())).acos();
-    let pixel = 2.0 * 20f64.to_radians().tan() / 40.0;
-    let x = 30.0 + seen_at.tan() / pixel;
-    let lit: Vec<usize> = (0..2400).filter(|i| picture.data[3 * i + 1] != 0.0).collect();
-    assert!(lit.len() == 1 && lit[0] % 60 == x as usize, "{lit:?} {x}");
+    let pixel = 2.0 * 20f64.to_radians().tan() / 400.0;
+    let x = 300.0 + seen_at.tan() / pixel;
+    let lit: Vec<usize> = (0..240_000).filter(|i| picture.data[3 * i + 1] != 0.0).collect();
+    assert!(lit.len() == 1 && lit[0] % 600 == x as usize, "{lit:?} {x}");
     // A black body is seen as one of the temperature times the Doppler factor, under a solid angle over its square.
     let doppler = (1.0 + v * theta.cos()) / (1.0 - v * v).sqrt();
     let expected = BRIGHT * black_body(6000.0 * doppler) / black_body(6000.0) / doppler.powi(2);
