@@ -304,6 +304,7 @@ fn every_scene_that_readme_shows_has_no_errors() {
         "wormhole",
         "two_holes",
         "moving_camera",
+        "shadow_stars",
     ];
     for name in names {
         assert!(readme.contains(name) && common::root().join(format!("docs/{name}.png")).exists(), "{name}");

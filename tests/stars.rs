@@ -166,7 +166,7 @@ fn points_have_the_light_of_small_discs() {
     for (camera, direction, back) in [
         ("", [0.12, 0.05, 1.0], true),
         (r#""vector3 velocity" [0.3 0.2 0.3]"#, [-0.1, 0.09, 1.0], true),
-        ("", [0.6, 0.2, 1.0], false),
+        ("", [0.35, 0.12, 1.0], false),
     ] {
         let light = |radius: f64| {
             format!(r#"LightSource "stars" {STAR} "float radius" {radius} "string filename" "{}""#, star("discs", direction))
