@@ -10,7 +10,7 @@
 //! |---|---|---|---|---|
 //! | `tolerance` | float | a tenth of the ray's footprint | scene | largest distance between the true ray and what is traced |
 //! | `maxsteps` | integer | 100000 | | steps after which a ray is given up |
-//! | `connections` | bool | by spacetime | | whether lights are sampled in spacetimes other than the plain hole: by default, in round ones |
+//! | `connections` | bool | by spacetime | | whether lights are sampled in spacetimes other than the plain hole: by default, around one centre |
 //! | `windings` | integer | 0 | | whole turns around the hole of the longest light that is sampled |
 //!
 //! ```bhs
@@ -69,7 +69,7 @@ fn build(p: &Params) -> Option<Box<dyn IntegratorBuilder>> {
     let tolerance = Tolerance::read(p);
     let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
     let turns = read_turns(p);
-    let about = "whether lights are sampled in spacetimes other than the plain hole; by default in wormholes and around a charged hole, not among several holes";
+    let about = "whether lights are sampled in spacetimes other than the plain hole; by default in wormholes and around one hole, not among several";
     let light_sampling = p.optional("connections", "", about);
     Some(Box::new(Adaptive { light_sampling, turns, ..Adaptive::new(tolerance, max_steps as u64) }))
 }

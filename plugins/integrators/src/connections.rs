@@ -1,6 +1,7 @@
 //! Light sampling: which rays between two points are found in which spacetimes.
 
 use crate::graded_index::connect::GradedConnections;
+use crate::kerr::connections::KerrConnections;
 use crate::round::charged::ChargedConnections;
 use crate::spherical::connections::{Chord, SphericalConnections};
 use crate::tolerance::Tolerance;
@@ -14,6 +15,8 @@ pub enum AnyConnections {
     Spherical(SphericalConnections),
     /// Around a charged hole.
     Charged(ChargedConnections),
+    /// Around a hole that spins.
+    Kerr(KerrConnections),
     /// Of a refractive index.
     Index(GradedConnections),
 }
@@ -31,14 +34,15 @@ impl AnyConnections {
             Class::Spherical(hole) if hole.charge_squared == 0.0 => Some(Self::Spherical(SphericalConnections { turns, chord })),
             Class::Spherical(hole) => Some(Self::Charged(ChargedConnections::new(&hole, tolerance, turns))),
             Class::Index(_) => GradedConnections::new(spacetime, tolerance, turns).map(Self::Index),
-            Class::Flat | Class::Kerr(_) | Class::General(_) => None,
+            Class::Kerr(_) => Some(Self::Kerr(KerrConnections { tolerance })),
+            Class::Flat | Class::General(_) => None,
         }
     }
 
     /// Whether light sampling with them takes less time than it saves, in most pictures (`docs/performance.md`).
     pub fn pays(&self) -> bool {
         match self {
-            Self::Spherical(_) | Self::Charged(_) => true,
+            Self::Spherical(_) | Self::Charged(_) | Self::Kerr(_) => true,
             Self::Index(connections) => connections.are_round(),
         }
     }
@@ -48,6 +52,7 @@ impl AnyConnections {
         match self {
             Self::Spherical(connections) => connections,
             Self::Charged(connections) => connections,
+            Self::Kerr(connections) => connections,
             Self::Index(connections) => connections,
         }
     }

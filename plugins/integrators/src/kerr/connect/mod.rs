@@ -1,0 +1,68 @@
+//! Which light rays join two points around a hole that spins.
+//!
+//! Two are offered: the direct one, before any neighbours of it meet again, and the one round the other side, whose neighbours have met once. Inside
+//! the thin tube behind the hole where four meet, and of light that winds further, the others are left to BSDF sampling.
+//!
+//! `search` has what is looked for, and begins with the rays of the hole without spin; `edge` is the edge of capture; `bundle` has rays with their
+//! neighbours (`pencil`), `series` follows them, `reached` says where they have come, `newton` makes them end where they are to end.
+
+pub mod bundle;
+pub mod edge;
+pub mod newton;
+pub mod pencil;
+pub mod reached;
+pub mod search;
+pub mod series;
+
+use crate::kerr::connect::bundle::Spin;
+use crate::kerr::connect::newton::{Found, run_all, sharpened};
+use crate::kerr::connect::reached::{Trial, follow_all};
+use crate::kerr::connect::search::{Guess, Image, Search, Target};
+use glam::DVec3;
+
+/// How far from its end a ray that was traced may be, over the distance between the ends, and surely, or maybe, be the ray that was found; and how
+/// far apart two that were found may be and be one.
+const SURELY: f64 = 1e-3;
+const MAYBE: f64 = 0.3;
+const ONCE: f64 = 0.01;
+
+/// Cosine of the largest angle between launches of one and the same ray.
+const SAME_LAUNCH: f64 = 0.95;
+
+/// Both rays between each of `pairs`.
+pub fn find_all(spin: Spin<f64>, pairs: &[(DVec3, Target)]) -> Vec<[Option<Found>; 2]> {
+    let both: Vec<_> =
+        pairs.iter().map(|(x, to)| if *to == Target::Point(*x) { [None; 2] } else { Search::both(*x, *to) }).collect();
+    let searches: Vec<Search> = both.iter().flatten().flatten().copied().collect();
+    let mut answers = run_all(spin, &searches).into_iter();
+    both.iter().map(|both| both.map(|search| search.and_then(|_| answers.next().flatten()))).collect()
+}
+
+/// The ray that [`find_all`] finds from `x` to `target` and that `traced`, which strays a little, is.
+pub fn image_of(spin: Spin<f64>, x: DVec3, target: Target, traced: Guess) -> Option<Found> {
+    if target == Target::Point(x) {
+        return None;
+    }
+    let e1 = traced.launch.any_orthonormal_vector();
+    let trial = Trial { a: spin.a, x, guess: traced, aside: [e1, traced.launch.cross(e1)], exit: f64::NEG_INFINITY };
+    // Neighbours say which of the two it can be.
+    let image =
+        if follow_all(spin.charge_squared, &[trial], true)[0]?.determinant() > 0.0 { Image::Direct } else { Image::Round };
+    let search = Search::both(x, target).into_iter().flatten().find(|search| search.image == image)?;
+    let found = run_all(spin, &[search])[0]?;
+    let is_it = found.is_same(traced, SURELY)
+        || (found.is_same(traced, MAYBE)
+            && sharpened(spin, &search, traced).is_some_and(|exact| found.is_same(exact.guess, ONCE)));
+    is_it.then_some(found)
+}
+
+impl Found {
+    /// Whether the ray `other` is this one: if it has about the same launch, and as a neighbour would end no further off than `within`, over the
+    /// distance between the ends.
+    fn is_same(&self, other: Guess, within: f64) -> bool {
+        let [a, b] = self.end.aside.map(|aside| aside.dot(other.launch - self.guess.launch));
+        let (aside, rise) = self.end.moved(DVec3::new(a, b, other.tau - self.guess.tau));
+        let off = aside.length().hypot(rise * self.scale.0) * self.scale.1;
+        self.guess.launch.dot(other.launch) > SAME_LAUNCH && off <= within
+    }
+}
