@@ -154,9 +154,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--spin", type=float, default=0.9, help="a/M (default: %(default)s)")
     parser.add_argument("--inclination", type=float, default=80.0, help="of the eye against the axis [degrees] (default: %(default)s)")
-    parser.add_argument("--distance", type=float, default=1000.0, help="of the eye, in units of M (default: %(default)s)")
+    parser.add_argument("--distance", type=float, default=10000.0, help="of the eye, in units of M (default: %(default)s)")
     parser.add_argument("--radius", type=float, default=20.0, help="of the disc, in units of M (default: %(default)s)")
-    parser.add_argument("--fov", type=float, default=2.5, help="of the whole picture [degrees] (default: %(default)s)")
+    parser.add_argument("--fov", type=float, default=0.25, help="of the whole picture [degrees] (default: %(default)s)")
     parser.add_argument("--size", type=int, default=128, help="of the picture [pixels] (default: %(default)s)")
     parser.add_argument("--block", type=int, default=8, help="of what is compared [pixels] (default: %(default)s)")
     parser.add_argument("--samples", type=int, default=1024, help="rays a pixel of the picture by which bhs is timed (default: %(default)s)")
@@ -181,9 +181,9 @@ def main():
             clocks["bhs"].append(by_bhs(o, bhs, folder, o.samples)[1][0])
     if o.keep:
         np.savez(o.keep, bhs=ours, gyoto=theirs)
-    # GYOTO's unit of radiance, and the clock of an eye that is not infinitely far away: one factor for the whole picture.
+    # GYOTO's unit of radiance: one factor for the whole picture, which is known (GYOTO's flux is f / 4 pi, its radiance that over pi).
     factor = ours.sum() / theirs.sum()
-    expected = SIGMA * TEMPERATURE**4 / math.pi / greatest_flux(o.spin) / (1 - 2 / o.distance) ** 2
+    expected = SIGMA * TEMPERATURE**4 / math.pi / greatest_flux(o.spin) * (2.0 * math.pi) ** 2
     a, b = blocks(ours, o.block), blocks(theirs * factor, o.block)
     # A block is resolved where both halves of its pixels, as on a chess board, say the same within 1 %.
     odd = np.indices(ours.shape).sum(axis=0) % 2

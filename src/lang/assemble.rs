@@ -135,6 +135,8 @@ pub(super) fn assemble(
                 }
                 binding.emitter = Some(emitters.len() as u32);
                 let light = Arc::clone(area_lights.get(light)?.as_ref()?);
+                let place = (side, part.span);
+                emitters::check((&geometry, motion.as_ref()), light.as_ref(), told.as_ref(), place, found);
                 emitters.push(Emitter { motion, ..Emitter::new(geometries.len() as u32, &geometry, light) });
             }
             geometries.push(geometry);

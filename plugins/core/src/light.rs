@@ -31,6 +31,17 @@ pub struct EmissionPoint {
     pub point: DVec3,
 }
 
+/// The matter that an emission supposes at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Matter {
+    /// Any.
+    Any,
+    /// Matter that moves with this dx/dt (chart, units of c).
+    Moving(DVec3),
+    /// There is none at this place: nothing emits there.
+    Elsewhere,
+}
+
 /// The emission of a surface, in the frame of the observer at its place.
 pub trait AreaLight: Send + Sync {
     /// Spectral radiance [W m^-2 sr^-1 nm^-1] that leaves the surface.
@@ -50,6 +61,12 @@ pub trait AreaLight: Send + Sync {
     /// Why it cannot emit there, in words that stand under its name.
     fn bind(&mut self, _spacetime: &dyn Spacetime) -> Result<(), String> {
         Ok(())
+    }
+
+    /// The matter that it supposes at `point` (render space): a surface that is elsewhere or moves otherwise is warned of. Known after
+    /// [`AreaLight::bind`].
+    fn matter(&self, _point: DVec3) -> Matter {
+        Matter::Any
     }
 
     /// How far from its own centre a disk with this emission begins where the scene does not say (chart, scene units). Known after

@@ -33,7 +33,7 @@
 use crate::page_thorne::PageThorne;
 use crate::{mean_of, scale};
 use bhs_core::diagnostics::Diagnostic;
-use bhs_core::light::{AreaLight, Emission, EmissionPoint};
+use bhs_core::light::{AreaLight, Emission, EmissionPoint, Matter};
 use bhs_core::material::Shading;
 use bhs_core::params::{Params, Vector3};
 use bhs_core::plugin::Plugin;
@@ -58,6 +58,9 @@ const G: f64 = 6.674_30e-11;
 const SIGMA: f64 = 5.670_374_419e-8;
 /// A year of 365.25 days (s).
 const YEAR: f64 = 31_557_600.0;
+
+/// A place counts as one of the plane of the disc if its height over it is at most this share of its distance from the hole.
+const OFF_PLANE: f64 = 1e-3;
 
 /// How hot the disc is.
 #[derive(Clone, Copy, Debug)]
@@ -146,8 +149,10 @@ fn accretion(p: &Params) -> Option<f64> {
             );
         }
     }
-    let length = GM_SUN * mass? / (C * C);
-    let kilograms = rate? * GM_SUN / G / YEAR;
+    // What is wrong has been reported.
+    let (rate, mass) = (rate.filter(|r| *r > 0.0)?, mass.filter(|m| *m > 0.0)?);
+    let length = GM_SUN * mass / (C * C);
+    let kilograms = rate * GM_SUN / G / YEAR;
     let flux = kilograms * C * C / (4.0 * PI * length * length);
     Some((flux / SIGMA).sqrt().sqrt())
 }
@@ -157,6 +162,11 @@ impl Bound {
     fn temperature(&self, point: DVec3) -> f64 {
         let r = self.hole.radius(point, self.axis) / self.hole.mass;
         self.unit * self.orbits.flux(r).sqrt().sqrt()
+    }
+
+    /// Angular velocity at a point, against coordinate time, along `axis x x`.
+    fn omega(&self, point: DVec3) -> f64 {
+        self.sense * self.orbits.omega(self.hole.radius(point, self.axis) / self.hole.mass) / self.hole.mass
     }
 }
 
@@ -195,8 +205,14 @@ impl AreaLight for ThinDisc {
         let hole = spacetime.axial().filter(|h| h.mass > 0.0);
         let hole = hole.ok_or("matter circles a single hole that is round or spins; there is none")?;
         let sense = if self.retrograde { -1.0 } else { 1.0 };
-        let axis = hole.axis.or(self.axis).unwrap_or(DVec3::Y);
-        let (a, mass) = (sense * hole.a / hole.mass, hole.mass);
+        // As the motion `keplerian` has it: the sense of the spin is that about the axis that is stated.
+        let (axis, spin) = match (self.axis, hole.axis) {
+            (given, None) => (given.unwrap_or(DVec3::Y), 1.0),
+            (None, Some(axis)) => (axis, 1.0),
+            (Some(given), Some(axis)) if given.dot(axis).abs() > 1.0 - 1e-9 => (given, given.dot(axis).signum()),
+            _ => return Err("a hole that spins has one axis: leave `axis` out, or give that of the spin".to_owned()),
+        };
+        let (a, mass) = (sense * spin * hole.a / hole.mass, hole.mass);
         let orbits = PageThorne::new(a, hole.charge_squared / (mass * mass));
         let unit = match self.heat {
             Heat::Unit(unit) => unit,
@@ -222,14 +238,22 @@ impl AreaLight for ThinDisc {
         Some((orbits.isco() * hole.mass).hypot(hole.a))
     }
 
+    fn matter(&self, point: DVec3) -> Matter {
+        let Some(bound) = &self.bound else { return Matter::Any };
+        let x = point - bound.hole.center;
+        if x.dot(bound.axis).abs() > OFF_PLANE * x.length() {
+            return Matter::Elsewhere;
+        }
+        Matter::Moving(bound.axis.cross(x) * bound.omega(point))
+    }
+
     fn depends_on_time(&self) -> bool {
         self.modulation.is_some()
     }
 
     fn at_time_zero(&self, point: DVec3, time: f64) -> DVec3 {
-        let Some(Bound { hole, axis, sense, orbits, .. }) = &self.bound else { return point };
-        let omega = orbits.omega(hole.radius(point, *axis) / hole.mass) / hole.mass;
-        let angle = -sense * omega * (self.time + time);
-        hole.center + DQuat::from_axis_angle(*axis, angle) * (point - hole.center)
+        let Some(bound) = &self.bound else { return point };
+        let back = DQuat::from_axis_angle(bound.axis, -bound.omega(point) * (self.time + time));
+        bound.hole.center + back * (point - bound.hole.center)
     }
 }

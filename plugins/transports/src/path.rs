@@ -92,10 +92,8 @@ struct Chosen {
 impl Chosen {
     /// The weight of this technique for the emission that `ray` has found at `vertex` after sweeping `swept`.
     fn weight(&self, scene: &Scene, connections: &dyn Connections, ray: &Ray, vertex: &Vertex, swept: f64) -> f32 {
-        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, scene.world.place_of(&vertex.hit), swept)
-        else {
-            return 1.0;
-        };
+        let to = scene.world.place_of(&vertex.hit);
+        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, to, swept) else { return 1.0 };
         let per_area = spread / vertex.hit.direction.dot(vertex.normal).abs();
         balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
     }
