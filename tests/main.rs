@@ -51,6 +51,7 @@ mod textures;
 mod thin;
 mod tolman;
 mod trace;
+mod turning;
 mod tutorial;
 mod unbiased;
 mod variables;

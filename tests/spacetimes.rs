@@ -117,7 +117,17 @@ fn rooms_in_equilibrium_are_uniform_whatever_bends() {
     let u = 1.0 + at(-0.8, 0.3) + at(0.8, 0.2);
     let r2 = 0.25 + 0.09 + 4.0f64;
     let lapse = (1.0 - 0.8 / r2.sqrt() + (0.9 * 0.4f64).powi(2) / r2).sqrt();
-    for (spacetime, inner, hotter) in [(holes, ball(-0.8, 0.2) + &ball(0.8, 0.2), u), (charged, ball(0.0, 0.7), 1.0 / lapse)] {
+    // N^2 = 1 - 2 M r/S, r from the oblate chart, the axis along +y.
+    let spinning = "Spacetime \"kerr\" \"float rs\" 0.8 \"float spin\" 0.9";
+    let (a2, y2) = ((0.9 * 0.4f64).powi(2), 0.09);
+    let c = r2 - a2;
+    let of_r2 = 0.5 * (c + (c * c + 4.0 * a2 * y2).sqrt());
+    let dragged = (1.0 - 0.8 * of_r2.sqrt() / (of_r2 + a2 * y2 / of_r2)).sqrt();
+    for (spacetime, inner, hotter) in [
+        (holes, ball(-0.8, 0.2) + &ball(0.8, 0.2), u),
+        (charged, ball(0.0, 0.7), 1.0 / lapse),
+        (spinning, ball(0.0, 0.95), 1.0 / dragged),
+    ] {
         let seen = tolman_room(spacetime, &inner);
         let text = format!("\"blackbody L\" {:.12}", 3200.0 * hotter);
         let flat = pixels(&format!(
