@@ -273,6 +273,31 @@ fn stars_light_surfaces() {
     assert!((seen / expected - 1.0).abs() < 0.02, "{}", seen / expected);
 }
 
+/// The catalogue that comes with the scenes: Sirius is the brightest, Rigel and Betelgeuse are 18.6 degrees apart (Orion, any almanac).
+#[test]
+fn the_catalogue_is_our_sky() {
+    let built = common::build(&looking("", r#"LightSource "stars" "string filename" "scenes/stars/hipparcos.csv""#));
+    let light = &built.scene.light_sampler.lights[0];
+    let near = |ra: f64, dec: f64| {
+        let ((s, c), (z, across)) = (ra.to_radians().sin_cos(), dec.to_radians().sin_cos());
+        let direction = glam::DVec3::new(across * c, -across * s, z);
+        let number = (0..light.points().len()).min_by(|a, b| {
+            let [a, b] = [a, b].map(|i| (light.points()[*i] - direction).length());
+            a.total_cmp(&b)
+        });
+        let number = number.expect("there are stars");
+        assert!((light.points()[number] - direction).length() < 1e-3);
+        (light.points()[number], light.point_irradiance(number, [650.0, 550.0, 450.0, 400.0]).0)
+    };
+    let ((_, sirius), (rigel, blue), (betelgeuse, red)) = (near(101.287, -16.716), near(78.634, -8.202), near(88.793, 7.407));
+    let all = (0..light.points().len()).map(|i| light.point_irradiance(i, [550.0; 4]).0[0]);
+    assert_eq!((light.points().len(), all.fold(0.0, f32::max)), (9341, sirius[1]));
+    // Seen with north up (+z), Betelgeuse is to the left of Rigel. Who looks along d in a left-handed space has z x d, by components, to the right.
+    assert!(glam::DVec3::Z.cross(rigel).dot(betelgeuse - rigel) < 0.0);
+    assert!((rigel.angle_between(betelgeuse).to_degrees() - 18.6).abs() < 0.05);
+    assert!(blue[2] > 1.5 * blue[0] && red[0] > 1.5 * red[2], "{blue:?} {red:?}");
+}
+
 #[test]
 fn pictures_of_stars_are_the_same_for_any_number_of_threads_and_crop() {
     let scene = |film: &str| {

@@ -5,8 +5,9 @@
 //! the magnification, the shift and the aberration of that ray, without noise. In mirrors and glass they are discs of `radius`; surfaces are lit
 //! by light sampling. Cameras whose rays start in several places, and integrators that find no such rays, see the discs.
 //!
-//! In the space of the light +z is up: the north pole of a catalogue, with right ascension 0 along +x and 90 degrees along +y, or that of the
-//! galaxy of a random sky, whose stars crowd towards the plane z = 0. The current transform turns it.
+//! In the space of the light +z is up: the north pole of a catalogue, with right ascension 0 along +x and 90 degrees along -y (the axes of scenes
+//! are left-handed: where north is up, right ascensions grow to the left), or the pole of the galaxy of a random sky, whose stars crowd towards
+//! the plane z = 0. The current transform turns it.
 //!
 //! A catalogue is a text of values between commas. Its first line names the columns: `x`, `y`, `z` (a direction of any length), or `ra` and `dec`
 //! (degrees); `mag`, or `flux` (W m^-2 nm^-1, weighted by the eye); `temperature` (K), or `ci` (the colour index B-V), which may be left empty.

@@ -158,7 +158,8 @@ impl<'a> Columns<'a> {
             return Err(format!("a declination lies between -90 and 90 degrees, found {dec}"));
         }
         let ((sin, cos), (z, across)) = (ra.to_radians().sin_cos(), dec.to_radians().sin_cos());
-        Ok(DVec3::new(across * cos, across * sin, z))
+        // Right ascensions grow to the left where north is up, and the axes of scenes are left-handed.
+        Ok(DVec3::new(across * cos, -across * sin, z))
     }
 
     fn star(&self, fields: &[&str]) -> Result<Star, String> {
@@ -196,12 +197,12 @@ mod tests {
     fn directions_magnitudes_and_colours_are_read() {
         let text = "# bright ones\r\nname,RA,Dec,Vmag,B-V\r\n\"Vega, alpha Lyr\",279.2347,38.7837,0.03,0.00\r\nx,90,-30,5,\r\n";
         let [vega, other] = parse(text.as_bytes()).expect("it is right")[..] else { panic!("two stars") };
-        // 18h 36m 56s, +38 deg 47': the direction cosines of almanacs (Vega, J2000).
-        assert!((vega.direction - DVec3::new(0.125_1, -0.769_4, 0.626_4)).length() < 2e-4, "{}", vega.direction);
+        // 18h 36m 56s, +38 deg 47': the direction cosines of almanacs (Vega, J2000), y turned around.
+        assert!((vega.direction - DVec3::new(0.125_1, 0.769_4, 0.626_4)).length() < 2e-4, "{}", vega.direction);
         assert!((vega.irradiance / 3.631e-11 - 0.972_75).abs() < 1e-4);
         // Ballesteros 2012: 4600 (1/1.7 + 1/0.62) K.
         assert!((vega.temperature.expect("it has a colour") - 10_125.2).abs() < 0.1);
-        assert!((other.direction - DVec3::new(0.0, 0.75f64.sqrt(), -0.5)).length() < 1e-12 && other.temperature.is_none());
+        assert!((other.direction - DVec3::new(0.0, -0.75f64.sqrt(), -0.5)).length() < 1e-12 && other.temperature.is_none());
         // The sun's B-V of 0.65 is 5770 K or so.
         assert!((temperature_of(0.65) - 5780.0).abs() < 80.0, "{}", temperature_of(0.65));
         let [star] = parse(b"x,y,z,flux,temperature\n0,0,-2e200,1e-9,4000\n").expect("it is right")[..] else { panic!() };
