@@ -114,7 +114,7 @@ mod tests {
         // Far mirror images are left out there as here: those of one period around each pixel.
         let kernel = |dx: i64, dy: i64| {
             let half = |d: i64, n: i64| if d.abs() == n { 0.5 } else { 1.0 };
-            half(dx, w) * half(dy, h) * share([dx as f64, dy as f64], radius)
+            half(dx, w) * half(dy, h) * share([dx as f64, dy as f64], radius * WAVELENGTHS[1])
         };
         let total: f64 = (-h..=h).flat_map(|dy| (-w..=w).map(move |dx| (dx, dy))).map(|(dx, dy)| kernel(dx, dy)).sum();
         let mirrored = |i: i64, n: i64| {
