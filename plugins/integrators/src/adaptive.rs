@@ -22,7 +22,7 @@
 use crate::connections::AnyConnections;
 use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
 use crate::straight::Straight;
-use crate::tolerance::Tolerance;
+use crate::tolerance::{STEPS, Tolerance, read_max_steps};
 use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
@@ -67,11 +67,11 @@ impl Adaptive {
 
 fn build(p: &Params) -> Option<Box<dyn IntegratorBuilder>> {
     let tolerance = Tolerance::read(p);
-    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
+    let max_steps = read_max_steps(p, STEPS);
     let turns = read_turns(p);
     let about = "whether lights are sampled in spacetimes other than the plain hole; by default in wormholes and around one hole, not among several";
     let light_sampling = p.optional("connections", "", about);
-    Some(Box::new(Adaptive { light_sampling, turns, ..Adaptive::new(tolerance, max_steps as u64) }))
+    Some(Box::new(Adaptive { light_sampling, turns, ..Adaptive::new(tolerance, max_steps) }))
 }
 
 impl IntegratorBuilder for Adaptive {

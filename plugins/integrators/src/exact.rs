@@ -20,7 +20,7 @@
 
 use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
 use crate::straight::Straight;
-use crate::tolerance::Tolerance;
+use crate::tolerance::{Tolerance, read_max_steps};
 use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
@@ -59,9 +59,9 @@ impl Exact {
 
 fn build(p: &Params) -> Option<Box<dyn IntegratorBuilder>> {
     let tolerance = Tolerance::read(p);
-    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "stretches of 1 rad after which a ray is given up");
+    let max_steps = read_max_steps(p, "stretches of 1 rad after which a ray is given up");
     let connections = SphericalConnections { turns: read_turns(p), chord: Chord::Tolerance(tolerance) };
-    Some(Box::new(Exact { tolerance, max_steps: max_steps as u64, connections }))
+    Some(Box::new(Exact { tolerance, max_steps, connections }))
 }
 
 impl IntegratorBuilder for Exact {

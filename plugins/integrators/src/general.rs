@@ -25,7 +25,7 @@ pub mod path;
 
 pub use path::{Advance, Fate, Paths, Surroundings};
 
-use crate::tolerance::Tolerance;
+use crate::tolerance::{STEPS, Tolerance, read_max_steps};
 use crate::tracer::{Method, Tracer};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
@@ -53,8 +53,8 @@ impl General {
 
 fn build(p: &Params) -> Option<Box<dyn IntegratorBuilder>> {
     let tolerance = Tolerance::read(p);
-    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
-    Some(Box::new(General::new(tolerance, max_steps as u64)))
+    let max_steps = read_max_steps(p, STEPS);
+    Some(Box::new(General::new(tolerance, max_steps)))
 }
 
 impl IntegratorBuilder for General {

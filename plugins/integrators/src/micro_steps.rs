@@ -19,6 +19,7 @@
 use crate::spherical::connections::{Chord, SphericalConnections, read_turns};
 use crate::spherical::orbit::{Dense, Fate, OrbitPlane, Rk4Orbit, Stepper};
 use crate::straight::Straight;
+use crate::tolerance::{STEPS, read_max_steps};
 use bhs_core::Plugin;
 use bhs_core::geometry::Segment;
 use bhs_core::intersector::{Primitive, PrimitiveHit};
@@ -64,8 +65,8 @@ impl MicroSteps {
 /// The parameters `step` (rad) and `maxsteps`.
 pub(crate) fn read_steps(p: &Params) -> (f64, u64) {
     let step = p.get_in("step", 0.1, 1e-6..=0.5, "rad", "angle swept by one step");
-    let max_steps = p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", "steps after which a ray is given up");
-    (step, max_steps as u64)
+    let max_steps = read_max_steps(p, STEPS);
+    (step, max_steps)
 }
 
 impl IntegratorBuilder for MicroSteps {

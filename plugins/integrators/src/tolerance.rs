@@ -1,4 +1,4 @@
-//! How far what is traced may stray from the true ray.
+//! How far what is traced may stray from the true ray, and after how many steps it is given up.
 
 use bhs_core::params::Params;
 
@@ -28,3 +28,11 @@ impl Tolerance {
         }
     }
 }
+
+/// The parameter `maxsteps`, which `about` describes.
+pub(crate) fn read_max_steps(p: &Params, about: &'static str) -> u64 {
+    p.get_in("maxsteps", 100_000, 1..=1_000_000_000, "", about) as u64
+}
+
+/// What it is of integrators that go by steps.
+pub(crate) const STEPS: &str = "steps after which a ray is given up";

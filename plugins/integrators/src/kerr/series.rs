@@ -5,7 +5,7 @@
 
 use crate::arithmetic::polynomial::{TERMS, cos_sin, value, value_and_slope};
 use crate::kerr::orbit::{Orbit, State};
-use crate::spherical::orbit::OVERSHOOT;
+use crate::spherical::plane::OVERSHOOT;
 use crate::spherical::series::{LONGEST, LONGEST_POWER, root};
 use bhs_core::lanes::{LANES, set_bits};
 use bhs_core::real::{Mask, Real, Vector};

@@ -1,7 +1,8 @@
 //! Orbits as curves: what intersection sees of one step in a plane, with the swept angle as parameter.
 
 use crate::spherical::Attraction;
-use crate::spherical::steps::{Planes, Polars, Stretch};
+use crate::spherical::plane::{Planes, Polars};
+use crate::spherical::steps::Stretch;
 use crate::tracing::arc::Arc;
 use bhs_core::real::{Real, Vector};
 use glam::DVec3;
@@ -177,7 +178,7 @@ mod tests {
     use crate::spherical::closed_form::ClosedForm;
     use crate::spherical::course::{Method, RungeKutta, SphericalSetup};
     use crate::spherical::exact::ClosedForms;
-    use crate::spherical::steps::Planes;
+    use crate::spherical::plane::Planes;
     use crate::tracing::arc::tests::check;
     use crate::tracing::driver::Course;
     use bhs_core::lanes::{LANES, Lanes};

@@ -25,7 +25,8 @@
 use crate::arithmetic::double::Double;
 use crate::arithmetic::polynomial::{self, value_and_slope};
 use crate::spherical::orbit::{Dense, Fate, State, Stepper, room};
-use crate::spherical::steps::{Polars, Stretch};
+use crate::spherical::plane::Polars;
+use crate::spherical::steps::Stretch;
 
 /// Coefficients of the Laurent series of p that are kept.
 const TERMS: usize = 14;

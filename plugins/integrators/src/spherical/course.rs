@@ -3,7 +3,8 @@
 use crate::spherical::Attraction;
 use crate::spherical::arc::PlanarArc;
 use crate::spherical::orbit::{Dense, quintic, rk4};
-use crate::spherical::steps::{Planes, Polars, Steps, Stretch, errors, room};
+use crate::spherical::plane::{Planes, Polars, room};
+use crate::spherical::steps::{Steps, Stretch, errors};
 use crate::tracing::arc::Arc as _;
 use crate::tracing::driver::{Course, Next};
 use bhs_core::lanes::set_bits;
@@ -61,7 +62,7 @@ impl<F: Real> Method<F> for RungeKutta {
 
     #[inline(always)]
     fn step(&self, hole: Attraction, start: &Polars<F>, steps: &mut Steps<F>) {
-        let h = room(hole, start, F::splat(self.0));
+        let h = room(hole, start.u, start.du, F::splat(self.0));
         let (u, du) = rk4(hole, start.u, start.du, h);
         steps.follow(quintic(hole, [start.u, start.du], [u, du], h), start, h);
         // The state itself, not what the polynomial gives for it.

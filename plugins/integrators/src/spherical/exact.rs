@@ -3,7 +3,8 @@
 use crate::spherical::Attraction;
 use crate::spherical::closed_form::{ClosedForm, ExactStep, STRETCH};
 use crate::spherical::course::Method;
-use crate::spherical::steps::{Polars, Stretch, room};
+use crate::spherical::plane::{Polars, room};
+use crate::spherical::steps::Stretch;
 use bhs_core::real::Real;
 
 /// In closed form: those of the orbits, one after the other.
@@ -39,7 +40,7 @@ impl<'a, F: Real> Method<F> for ClosedForms<'a> {
     }
 
     fn step(&self, hole: Attraction, start: &Polars<F>, steps: &mut ExactStretch<'a, F>) {
-        let end = states(self.0, start.phi + room(hole, start, F::splat(STRETCH)));
+        let end = states(self.0, start.phi + room(hole, start.u, start.du, F::splat(STRETCH)));
         (steps.start, steps.end) = (*start, end);
     }
 }

@@ -1,6 +1,6 @@
 //! What only orbits in planes have: rays around one round hole, in the chart of the areal radius.
 //!
-//! `orbit` has the plane, the equation and fixed steps, `series` its Taylor series, `steps` long steps by them with error control, of one ray or of eight side by side, `taylor` the same as an orbit,
+//! `plane` has the planes, `orbit` the equation and fixed steps, `series` its Taylor series, `steps` long steps by them with error control, of one ray or of eight side by side, `taylor` the same as an orbit,
 //! `closed_form` an orbit without charge at any angle at once. These know no surfaces. `arc` makes curves of stretches of orbits; `course` leads
 //! orbits along them, `exact` those in closed form. `connect` finds the rays between two points, `connections` offers them for light sampling.
 
@@ -11,6 +11,7 @@ pub mod connections;
 pub mod course;
 pub mod exact;
 pub mod orbit;
+pub mod plane;
 pub(crate) mod series;
 pub mod steps;
 pub mod taylor;

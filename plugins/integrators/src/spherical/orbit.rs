@@ -9,7 +9,8 @@
 
 use crate::arithmetic::polynomial::{TERMS, value_and_slope};
 use crate::spherical::Attraction;
-use bhs_core::real::Real;
+use crate::spherical::plane::{self, Planes};
+use bhs_core::real::{Real, Vector};
 use glam::DVec3;
 
 /// The plane of an orbit: positions and directions from (u, u', phi).
@@ -34,24 +35,11 @@ pub struct State {
     pub du: f64,
 }
 
-/// Least sine of the angle between a ray and the radius. A radial ray sweeps no angle at all; this close to it, the orbit
-/// is a radial line to far below rounding, and the same equations serve.
-const LEAST_SINE: f64 = 1e-30;
-
 impl OrbitPlane {
     /// The plane and the initial state of a ray with unit chart direction; `origin` is not the centre.
     pub fn of_ray(center: DVec3, origin: DVec3, direction: DVec3) -> (Self, State) {
-        let from_center = origin - center;
-        let r0 = from_center.length();
-        let e1 = from_center / r0;
-        let cos = direction.dot(e1);
-        // Twice is enough (Kahan): the second projection removes what rounding left of the radial part.
-        let across = direction - e1 * cos;
-        let across = across - e1 * across.dot(e1);
-        let length = across.length();
-        let e2 = if length > LEAST_SINE { across / length } else { e1.any_orthonormal_vector() };
-        let sin = length.max(LEAST_SINE);
-        (Self { center, e1, e2 }, State { phi: 0.0, u: 1.0 / r0, du: -cos / (sin * r0) })
+        let (planes, at) = Planes::of_rays(center, Vector::from(origin), Vector::from(direction));
+        (Self { center, e1: planes.e1.into(), e2: planes.e2.into() }, State { phi: at.phi, u: at.u, du: at.du })
     }
 
     /// Unit vector from the centre at the angle `phi`.
@@ -74,50 +62,12 @@ impl OrbitPlane {
 
     /// The unit chart tangent of a state, along the way of the ray: proportional to `-u' e_r + u e_phi`.
     pub fn direction(&self, s: &State) -> DVec3 {
-        let (sin, cos) = s.phi.sin_cos();
-        self.direction_of(&Polar { state: *s, cos, sin })
-    }
-
-    /// The point of a state with u > 0 whose angle is known by cosine and sine.
-    #[inline]
-    pub fn point_of(&self, p: &Polar) -> DVec3 {
-        let r = 1.0 / p.state.u;
-        self.center + self.e1 * (p.cos * r) + self.e2 * (p.sin * r)
-    }
-
-    /// The unit chart tangent there: see [`OrbitPlane::direction`].
-    #[inline]
-    pub fn direction_of(&self, p: &Polar) -> DVec3 {
-        let State { u, du, .. } = p.state;
+        let State { phi, u, du } = *s;
+        let (sin, cos) = phi.sin_cos();
         // Components along e1 and e2, which are unit vectors at right angles.
-        let (x, y) = (-u * p.sin - du * p.cos, u * p.cos - du * p.sin);
+        let (x, y) = (-u * sin - du * cos, u * cos - du * sin);
         let scale = 1.0 / (x * x + y * y).sqrt();
         self.e1 * (x * scale) + self.e2 * (y * scale)
-    }
-}
-
-/// A state with cosine and sine of its angle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Polar {
-    /// The state.
-    pub state: State,
-    /// cos(phi).
-    pub cos: f64,
-    /// sin(phi).
-    pub sin: f64,
-}
-
-impl Polar {
-    /// The state further on by a small angle `by` of the orbit around `hole`, with an error of the third order in it.
-    #[inline]
-    pub fn moved(&self, hole: impl Into<Attraction>, by: f64) -> Self {
-        let hole = hole.into();
-        let State { phi, u, du } = self.state;
-        let half = 0.5 * by;
-        let (force, slope) = (hole.force(u), hole.force_slope(u));
-        let state = State { phi: phi + by, u: u + by * (du + half * force), du: du + by * (force + half * du * slope) };
-        let (cos, sin) = (self.cos - by * (self.sin + half * self.cos), self.sin + by * (self.cos - half * self.sin));
-        Self { state, cos, sin }
     }
 }
 
@@ -155,12 +105,6 @@ pub trait Dense: Copy {
     fn place(&self, phi: f64) -> (f64, f64, f64) {
         let (sin, cos) = phi.sin_cos();
         (self.at(phi).u, cos, sin)
-    }
-    /// The state at the angle `phi` within the stretch, with the angle's cosine and sine.
-    #[inline]
-    fn polar(&self, phi: f64) -> Polar {
-        let (sin, cos) = phi.sin_cos();
-        Polar { state: self.at(phi), cos, sin }
     }
     /// The stretch cut short at `end`, one of its own states.
     fn until(self, end: State) -> Self;
@@ -213,14 +157,9 @@ pub trait Dense: Copy {
     }
 }
 
-/// How far a step may overshoot the end of the orbit, relative to the distance to it if u' stayed as it is. A near-radial ray
-/// reaches the horizon or infinity within far less than a fixed angle, and must not be thrown to u = 1e12 by it.
-pub(crate) const OVERSHOOT: f64 = 1.5;
-
 /// The angle `step`, or less where the orbit ends before, in radians.
 pub fn room(hole: impl Into<Attraction>, s: &State, step: f64) -> f64 {
-    let room = if s.du > 0.0 { (hole.into().horizon - s.u) / s.du } else { -s.u / s.du };
-    if room > 0.0 { step.min(OVERSHOOT * room) } else { step }
+    plane::room(hole, s.u, s.du, step)
 }
 
 /// One step of the classic fourth-order Runge-Kutta method for the orbit equation: (u, u') after the angle `h`.

@@ -1,8 +1,9 @@
 //! Light orbits around a round hole by long Taylor steps (`series`).
 
 use crate::spherical::Attraction;
-use crate::spherical::orbit::{Dense, Fate, Polar, State, Stepper};
-use crate::spherical::steps::{Polars, Steps, Stretch, errors};
+use crate::spherical::orbit::{Dense, Fate, State, Stepper};
+use crate::spherical::plane::Polars;
+use crate::spherical::steps::{Steps, Stretch, errors};
 
 /// An orbit stepped by Taylor series.
 #[derive(Clone, Copy, Debug)]
@@ -39,11 +40,6 @@ impl Dense for Steps<f64> {
 
     fn at(&self, phi: f64) -> State {
         state(&Stretch::polar(self, phi))
-    }
-
-    fn polar(&self, phi: f64) -> Polar {
-        let at = Stretch::polar(self, phi);
-        Polar { state: state(&at), cos: at.cos, sin: at.sin }
     }
 
     fn until(self, end: State) -> Self {
