@@ -15,8 +15,7 @@
 //! was learned, for those that follow have numbers of their own. Weights then say little about what a path is worth, for they
 //! are small where much light is expected; roulette ends paths by what surfaces reflect.
 //!
-//! Paths are followed together, bounce by bounce: first all their rays, then, from the surfaces, all the shadow rays to lights; for integrators
-//! that follow several at once.
+//! Paths are followed together, bounce by bounce: all their rays, then all shadow rays; for integrators that follow several at once.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
