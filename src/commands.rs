@@ -3,7 +3,7 @@
 use crate::cli::{Cli, Definitions, SceneArgs};
 use crate::files::{self, Root};
 use crate::image::Picture;
-use crate::lang::{self, BuiltScene, Overrides, SourceMap, Variables};
+use crate::lang::{self, BuiltScene, Labels, Overrides, SourceMap, Variables};
 use crate::memory::picture::TooLarge;
 use crate::output::{OutputFile, Plan};
 use crate::registry::Registry;
@@ -101,11 +101,16 @@ impl Common {
 
 /// Loads a scene and says on standard error what is wrong with it. `None` if it cannot be built.
 fn load(scene: &Path, overrides: &Overrides, common: &Common) -> Option<(BuiltScene, SourceMap)> {
+    load_labelled(scene, overrides, common).map(|(built, _, sources)| (built, sources))
+}
+
+/// The same, with what its shapes and lights are called.
+fn load_labelled(scene: &Path, overrides: &Overrides, common: &Common) -> Option<(BuiltScene, Labels, SourceMap)> {
     let mut sources = common.sources();
-    match lang::load(scene, &Registry::builtin(), overrides, &mut sources) {
-        Ok(built) => {
+    match lang::load_labelled(scene, &Registry::builtin(), overrides, &mut sources) {
+        Ok((built, labels)) => {
             show(&built.warnings, &sources, common.color);
-            Some((built, sources))
+            Some((built, labels, sources))
         }
         Err(found) => {
             show(&found, &sources, common.color);

@@ -1,10 +1,9 @@
 //! `bhs render SCENE --pixel X,Y --sample N`: one sample of a picture once more, as JSON.
 
-use super::{Common, ExitStatus, print, show};
+use super::{Common, ExitStatus, load_labelled, print};
 use crate::cli::RenderArgs;
-use crate::lang::{self, BuiltScene, Overrides};
+use crate::lang::{BuiltScene, Overrides};
 use crate::not_finite::SampleId;
-use crate::registry::Registry;
 use crate::render::Job;
 use crate::{replay, say};
 use anyhow::Result;
@@ -63,16 +62,7 @@ fn quoted(word: &str) -> Cow<'_, str> {
 /// # Errors
 /// If standard output cannot be written.
 pub(super) fn replay(args: &RenderArgs, overrides: &Overrides, id: SampleId, common: &Common) -> Result<ExitStatus> {
-    let mut sources = common.sources();
-    let loaded = lang::load_labelled(&args.scene, &Registry::builtin(), overrides, &mut sources);
-    let (mut built, labels) = match loaded {
-        Ok(loaded) => loaded,
-        Err(found) => {
-            show(&found, &sources, common.color);
-            return Ok(ExitStatus::Fault);
-        }
-    };
-    show(&built.warnings, &sources, common.color);
+    let Some((mut built, labels, sources)) = load_labelled(&args.scene, overrides, common) else { return Ok(ExitStatus::Fault) };
     if let Err(why) = look_through(&mut built, &[id.pixel]) {
         say!("error: {why}");
         return Ok(ExitStatus::CommandLine);

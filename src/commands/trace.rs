@@ -1,10 +1,9 @@
 //! `bhs trace`: rays of a file, of a camera, and between points.
 
 use super::replay::look_through;
-use super::{Common, ExitStatus, overrides, show};
+use super::{Common, ExitStatus, load_labelled, overrides};
 use crate::cli::TraceArgs;
-use crate::lang::{self, Overrides};
-use crate::registry::Registry;
+use crate::lang::Overrides;
 use crate::render::Job;
 use crate::say;
 use crate::trace::{Answers, Format, connect, trace as trace_rays, trace_pixels};
@@ -29,16 +28,7 @@ pub fn trace(args: &TraceArgs, common: &Common) -> Result<ExitStatus> {
         resolution: args.resolution,
         ..overrides(&args.scene_args)
     };
-    let mut sources = common.sources();
-    let loaded = lang::load_labelled(&args.scene, &Registry::builtin(), &overrides, &mut sources);
-    let (mut built, labels) = match loaded {
-        Ok(loaded) => loaded,
-        Err(found) => {
-            show(&found, &sources, common.color);
-            return Ok(ExitStatus::Fault);
-        }
-    };
-    show(&built.warnings, &sources, common.color);
+    let Some((mut built, labels, _)) = load_labelled(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     let mut out = BufWriter::new(std::io::stdout().lock());
     if !args.pixel.is_empty()
         && let Err(why) = look_through(&mut built, &args.pixel)
