@@ -1,5 +1,8 @@
 //! The command line: what can be typed.
 
+use crate::animation::FrameRange;
+use crate::animation::preview::Format;
+use crate::lang::variables::FRAMES_PER_SECOND;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -144,6 +147,9 @@ pub struct RenderArgs {
     /// Write the picture as it is, with every checkpoint
     #[arg(long)]
     pub write_partial: bool,
+    /// Several frames
+    #[command(flatten)]
+    pub frames: FrameArgs,
     /// What changes the scene
     #[command(flatten)]
     pub scene_args: SceneArgs,
@@ -186,6 +192,26 @@ pub struct RenderArgs {
     /// Which sample of the pixel to replay, counted from 0
     #[arg(long, value_name = "N", requires = "pixel")]
     pub sample: Option<u32>,
+}
+
+/// The frames of an animation.
+#[derive(Args, Clone, Debug, Default)]
+pub struct FrameArgs {
+    /// Render several frames, as NAME.0001.exr and so on: the scene's variables `$frame` and `$time` go with them, and those of --keys
+    #[arg(long = "frames", value_name = "A-B[:STEP]", value_parser = FrameRange::parse, allow_hyphen_values = true, conflicts_with_all = ["pixel", "sample"])]
+    pub range: Option<FrameRange>,
+    /// Numbers of variables over the frames: a table whose first line is `frame,NAME,...`, or `smooth frame,NAME,...` for smooth motion
+    #[arg(long, value_name = "FILE.csv", requires = "range")]
+    pub keys: Option<PathBuf>,
+    /// Frames a second: `$time` is `$frame` over this, and the film plays so fast
+    #[arg(long, value_name = "N", requires = "range", value_parser = frames_per_second, default_value_t = FRAMES_PER_SECOND)]
+    pub fps: f64,
+    /// Leave out frames whose pictures are there and complete
+    #[arg(long, requires = "range")]
+    pub skip_existing: bool,
+    /// Also write the frames as a small film to look at, an animated GIF or PNG
+    #[arg(long, value_name = "FILE.gif|FILE.png", requires = "range", value_parser = preview)]
+    pub preview: Option<PathBuf>,
 }
 
 impl RenderArgs {
@@ -257,6 +283,15 @@ pub struct BenchArgs {
     /// Numbers for the scene's variables
     #[command(flatten)]
     pub definitions: Definitions,
+}
+
+fn frames_per_second(text: &str) -> Result<f64, String> {
+    let fps = text.parse::<f64>().ok().filter(|fps| (0.001..=10_000.0).contains(fps));
+    fps.ok_or_else(|| "expected a number of frames a second, such as 24 or 29.97".to_owned())
+}
+
+fn preview(text: &str) -> Result<PathBuf, String> {
+    Format::of(Path::new(text)).map(|_| text.into())
 }
 
 /// A time in seconds.

@@ -16,6 +16,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 mod bench;
+mod frames;
 mod outputs;
 mod picture;
 mod render;

@@ -31,6 +31,10 @@ pub fn attributes(built: &BuiltScene, rendered: &Rendered) -> Vec<(String, Attri
     if let Some(name) = &built.camera_name {
         all.text("bhs:camera", name);
     }
+    if !built.variables.is_empty() {
+        let words: Vec<String> = built.variables.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        all.text("bhs:variables", &words.join(" "));
+    }
     all.number("bhs:seed", built.seed as f64);
     if u128::from(built.seed) != built.seed as f64 as u128 {
         // Double precision, the widest number that OpenEXR has, holds all whole numbers up to 2^53.
@@ -46,6 +50,16 @@ pub fn attributes(built: &BuiltScene, rendered: &Rendered) -> Vec<(String, Attri
     let beyond = rendered.frame.beyond_single_precision();
     all.number("bhs:valuesTooLarge", beyond.iter().map(|b| b.pixels as f64).sum());
     all.0
+}
+
+/// Why the render of a picture ended, as the header of its file says; `None` if it does not, or is not that of a picture.
+pub fn stopped(path: &std::path::Path) -> Option<String> {
+    let meta = exr::meta::MetaData::read_from_file(path, false).ok()?;
+    let all = meta.headers.first()?;
+    match all.own_attributes.other.get(&exr::meta::attribute::Text::from("bhs:stopped"))? {
+        exr::meta::attribute::AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
+    }
 }
 
 /// Attributes under way.

@@ -2,6 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Shows how far a render has come. Told once a tile, never once a sample.
@@ -10,6 +11,8 @@ pub struct Progress {
     rays: AtomicU64,
     tiles: AtomicU64,
     start: Instant,
+    /// Which picture of several this is, before everything else.
+    picture: Mutex<String>,
 }
 
 impl Progress {
@@ -22,7 +25,7 @@ impl Progress {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.enable_steady_tick(Duration::from_millis(200));
-        Self { bar, rays: AtomicU64::new(0), tiles: AtomicU64::new(0), start: Instant::now() }
+        Self { bar, rays: AtomicU64::new(0), tiles: AtomicU64::new(0), start: Instant::now(), picture: Mutex::default() }
     }
 
     /// So many samples were there before.
@@ -31,10 +34,22 @@ impl Progress {
         self.bar.reset_eta();
     }
 
+    /// The next picture begins, where `samples` of all pictures are behind.
+    pub fn picture(&self, name: String, samples: u64) {
+        *self.picture.lock().unwrap_or_else(PoisonError::into_inner) = name;
+        self.bar.set_position(samples);
+    }
+
+    /// Does something that may write to standard error, without the bar.
+    pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.bar.suspend(work)
+    }
+
     /// A new wave begins; every pixel has `done` of `total` samples.
     pub fn wave(&self, done: u32, total: u32) {
         self.tiles.store(0, Ordering::Relaxed);
-        self.bar.set_prefix(format!("{done}/{total} spp"));
+        let picture = self.picture.lock().unwrap_or_else(PoisonError::into_inner);
+        self.bar.set_prefix(format!("{picture}{done}/{total} spp"));
     }
 
     /// A tile is done: so many samples, so many rays.

@@ -6,6 +6,7 @@
 mod common;
 
 mod allocations;
+mod animation;
 mod checkpoint;
 mod command_line;
 mod confined;

@@ -1,6 +1,7 @@
 //! The files of a picture: their names, and how they are written.
 
 use super::render::{closing_words, stats_json};
+use crate::animation::digits;
 use crate::bloom;
 use crate::checkpoint::previous;
 use crate::cli::RenderArgs;
@@ -32,6 +33,8 @@ pub(super) struct Naming<'a> {
     quick: bool,
     false_color: bool,
     no_overwrite: bool,
+    /// The number of the frame, if it is one of several.
+    frame: Option<u32>,
     /// Knows whether there is to be a checkpoint, and where.
     args: Option<&'a RenderArgs>,
 }
@@ -52,7 +55,22 @@ impl<'a> Naming<'a> {
 
     /// As the scene says.
     pub fn without_flags(scene: &'a Path) -> Self {
-        Self { scene, output: None, stats: None, quick: false, false_color: false, no_overwrite: false, args: None }
+        Self { scene, output: None, stats: None, quick: false, false_color: false, no_overwrite: false, frame: None, args: None }
+    }
+
+    /// The same of one of several frames.
+    pub fn of_frame(self, frame: u32) -> Self {
+        Self { frame: Some(frame), ..self }
+    }
+
+    /// The name of one of several frames.
+    fn numbered(&self, path: PathBuf) -> PathBuf {
+        self.frame.map_or(path.clone(), |frame| with_infix(&path, &digits(frame)))
+    }
+
+    /// Of the files that the command line names once for all cameras and frames: that of one of them.
+    pub fn own_name(&self, path: &Path, camera: Option<&str>) -> PathBuf {
+        self.numbered(camera.map_or(path.to_owned(), |camera| with_infix(path, camera)))
     }
 
     /// The EXR file of the only picture of a scene, and where its name comes from.
@@ -78,7 +96,8 @@ impl<'a> Naming<'a> {
         // The only picture is called what the command line says.
         let camera = camera.filter(|_| !(one && self.output.is_some()));
         let path = camera.map_or(path.clone(), |camera| with_infix(&path, camera));
-        (if self.quick && self.output.is_none() { with_infix(&path, "quick") } else { path }, by)
+        let path = if self.quick && self.output.is_none() { with_infix(&path, "quick") } else { path };
+        (self.numbered(path), by)
     }
 }
 
@@ -104,11 +123,7 @@ impl Outputs {
     fn plan_one(naming: &Naming, built: &BuiltScene, camera: Option<&str>, plan: &mut Plan) -> Option<Self> {
         let one = built.camera_names().count() == 1;
         let (exr_path, by) = naming.exr_of(built, camera);
-        // Of the files that the command line names once for all cameras.
-        let own_name = |path: &Path| match camera.filter(|_| !one) {
-            Some(camera) => with_infix(path, camera),
-            None => path.to_owned(),
-        };
+        let own_name = |path: &Path| naming.own_name(path, camera.filter(|_| !one));
         if exr_path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
             let message = format!("cannot write `{}`: the output's name ends in .exr", exr_path.display());
             let refused = Diagnostic::error("output-not-exr", message).help("a .png is written beside it");
@@ -249,7 +264,7 @@ impl Outputs {
 }
 
 /// `path` with a word before its ending: `room.left.exr` for `room.exr`.
-fn with_infix(path: &Path, infix: &str) -> PathBuf {
+pub(super) fn with_infix(path: &Path, infix: &str) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(".");
     name.push(infix);

@@ -28,6 +28,8 @@ pub(super) struct Session<'s> {
     pub signals: &'s Signals,
     pub pool: &'s rayon::ThreadPool,
     pub rescue: Rescue,
+    /// How far several pictures have come together, if this is one of several frames.
+    pub progress: Option<&'s Progress>,
 }
 
 impl Session<'_> {
@@ -42,7 +44,7 @@ impl Session<'_> {
     /// # Errors
     /// If a checkpoint cannot be resumed, or a file cannot be written.
     pub fn render(&self, built: &BuiltScene, outputs: Outputs, phases: &mut Phases) -> Result<(Ended, bool)> {
-        let Self { args, signals, pool, ref rescue } = *self;
+        let Self { args, signals, pool, ref rescue, .. } = *self;
         let checkpoint = self.checkpoint(built, &outputs);
         let most = built.sampler.samples_per_pixel();
         let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
@@ -62,20 +64,40 @@ impl Session<'_> {
                 state
             }
         };
-        let [x0, x1, y0, y1] = built.film.crop();
-        let progress = Progress::new(u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(most), args.quiet);
+        let own;
+        let progress = match self.progress {
+            Some(of_all) => of_all,
+            None => {
+                own = Progress::new(samples(built), args.quiet);
+                &own
+            }
+        };
         progress.skip(state.frame().samples());
         let saver = Saver { state: &state, file: checkpoint.as_ref(), outputs: &outputs, built, session: self };
         let ended = std::thread::scope(|scope| {
             let (done, is_done) = mpsc::channel::<()>();
             let saver = &saver;
             scope.spawn(move || saver.run(&is_done));
-            let ended = pool.install(|| state.run(&limits, &progress, signals));
+            let ended = pool.install(|| state.run(&limits, progress, signals));
             drop(done);
             ended
         });
-        progress.finish();
+        if self.progress.is_none() {
+            progress.finish();
+        }
         phases.end("render");
+        progress.aside(|| self.keep(built, (&state, ended), (&outputs, checkpoint.as_ref()), phases))
+    }
+
+    /// Writes what has been rendered. How it ended, and whether all files are in their places.
+    fn keep(
+        &self,
+        built: &BuiltScene,
+        (state, ended): (&RenderState, Ended),
+        (outputs, checkpoint): (&Outputs, Option<&CheckpointFile>),
+        phases: &mut Phases,
+    ) -> Result<(Ended, bool)> {
+        let args = self.args;
         if !state.has_samples() {
             if let Ended::Stopped(signal) = ended {
                 say!("stopped by {} before there was a sample: nothing is written", signal.name());
@@ -83,18 +105,23 @@ impl Session<'_> {
             return Ok((ended, true));
         }
         // First what the render can go on from. The picture is written whether or not that succeeds.
-        let saved = checkpoint.as_ref().map_or(Ok(()), |file| file.save(&state));
+        let saved = checkpoint.map_or(Ok(()), |file| file.save(state));
         phases.end("checkpoint");
         if let Err(error) = &saved {
             say!("error: {error:#}");
         }
         let rendered = state.rendered(ended);
-        let picture = PictureId { camera: built.camera_name.as_deref(), variables: &built.variables, seed: args.scene_args.seed };
+        let picture = PictureId { camera: built.camera_name.as_deref(), variables: &built.variables, seed: self.seed(built) };
         let replay = |sample: &SampleId| replay::command(args, picture, sample);
         let (count, first) = (rendered.counters.not_finite, &rendered.not_finite);
         not_finite::warnings(count, first, &rendered.frame, built.seed, replay).iter().for_each(|line| say!("{line}"));
-        let kept = outputs.write(built, &rendered, phases, args.quiet, rescue);
+        let kept = outputs.write(built, &rendered, phases, args.quiet, &self.rescue);
         Ok((ended, saved.is_ok() && kept == Kept::InPlace))
+    }
+
+    /// The seed of a picture, if it is not the scene's.
+    fn seed(&self, built: &BuiltScene) -> Option<u64> {
+        self.args.scene_args.seed.or(self.progress.is_some().then_some(built.seed))
     }
 
     /// Says what was found, and whether nothing is left to be rendered.
@@ -123,6 +150,12 @@ impl Session<'_> {
         }
         finished
     }
+}
+
+/// Samples of a whole picture, all pixels together.
+pub(super) fn samples(built: &BuiltScene) -> u64 {
+    let [x0, x1, y0, y1] = built.film.crop();
+    u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(built.sampler.samples_per_pixel())
 }
 
 /// Saves a render while it goes on: at intervals, and when somebody asks for it.

@@ -1,10 +1,11 @@
 //! `bhs render`: a picture for each camera.
 
+use super::frames::{self, Film};
 use super::outputs::{Naming, Outputs};
 use super::picture::Session;
 use super::{Common, ExitStatus, load, overrides, replay, show};
 use crate::cli::RenderArgs;
-use crate::lang::{BuiltScene, Overrides};
+use crate::lang::{BuiltScene, Overrides, SourceMap};
 use crate::memory;
 use crate::memory::picture::TooLarge;
 use crate::not_finite::{self, SampleId};
@@ -38,16 +39,13 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
         return replay::replay(args, &overrides, SampleId { pixel, sample }, common);
     }
     let overrides = Overrides { too_large: TooLarge::Refuse, ..overrides };
+    if let Some(range) = args.frames.range {
+        return frames::render(&Film { args, range, overrides, common, signals });
+    }
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");
-    // Meshes and skies have their memory now.
-    if let Some(found) = memory::picture::check(&*built.film, &built.layers) {
-        show(&[found], &sources, common.color);
-        return Ok(ExitStatus::Fault);
-    }
-    if args.false_color && built.layers.is_empty() {
-        say!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
-        return Ok(ExitStatus::CommandLine);
+    if let Some(status) = refuse(args, &built, &sources, common) {
+        return Ok(status);
     }
 
     // From here on there may be something to write when a signal comes.
@@ -63,13 +61,9 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     // The texts of a scene may be large.
     drop(sources);
 
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = args.threads {
-        pool = pool.num_threads(threads as usize);
-    }
-    let pool = pool.build().context("cannot start the threads")?;
+    let pool = threads(args)?;
     let rescue = Rescue::beside(&args.scene, common.root.as_ref());
-    let session = Session { args, signals, pool: &pool, rescue };
+    let session = Session { args, signals, pool: &pool, rescue, progress: None };
     let mut status = ExitStatus::Done;
     for outputs in outputs {
         let (ended, in_place) = session.render(&built, outputs, &mut phases)?;
@@ -87,6 +81,29 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     Ok(status)
 }
 
+/// Says why a scene that has been loaded is not rendered, if it is not.
+pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap, common: &Common) -> Option<ExitStatus> {
+    // Meshes and skies have their memory now.
+    if let Some(found) = memory::picture::check(&*built.film, &built.layers) {
+        show(&[found], sources, common.color);
+        return Some(ExitStatus::Fault);
+    }
+    if args.false_color && built.layers.is_empty() {
+        say!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
+        return Some(ExitStatus::CommandLine);
+    }
+    None
+}
+
+/// As many threads as are asked for.
+pub(super) fn threads(args: &RenderArgs) -> Result<rayon::ThreadPool> {
+    let mut pool = rayon::ThreadPoolBuilder::new();
+    if let Some(threads) = args.threads {
+        pool = pool.num_threads(threads as usize);
+    }
+    pool.build().context("cannot start the threads")
+}
+
 pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {
     let mut all = json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -95,6 +112,7 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
         "integrator": built.integrator_name,
         "transport": built.transport_name,
         "camera": built.camera_name,
+        "variables": serde_json::Map::from_iter(built.variables.iter().map(|(name, value)| (name.clone(), json!(value)))),
         "samples_per_pixel": rendered.samples,
         "interrupted": matches!(rendered.ended, Ended::Stopped(_)),
         "stopped": rendered.ended.name(),

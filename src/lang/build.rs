@@ -114,8 +114,9 @@ pub fn build(
     // What the other plugins may ask for comes first: seed, film, spacetime.
     let context = bare_context(sources, registry.spectra());
     let (seed, intersector) = build_options(&settings.options, registry, context, sources, &mut found);
-    let seed = overrides.seed.unwrap_or(seed);
-    let context = Context { seed, ..context };
+    // Frames share all that random numbers make of a scene, and have samples of their own.
+    let seed_of_samples = overrides.seed_of_samples(seed);
+    let context = Context { seed: overrides.seed.unwrap_or(seed), ..context };
     let (mut film, mut layers) = registry.create_film(&settings.film, context, &mut found);
     if let Some([x, y]) = film.as_ref().and_then(|f| overrides.quick_resolution(f.resolution())) {
         set_integer(&mut settings.film.params, "xresolution", x, settings.quick);
@@ -138,10 +139,11 @@ pub fn build(
         ..context
     };
 
-    let mut sampler = registry.create::<dyn Sampler>(&settings.sampler, context, &mut found);
+    let of_samples = Context { seed: seed_of_samples, ..context };
+    let mut sampler = registry.create::<dyn Sampler>(&settings.sampler, of_samples, &mut found);
     if let Some(spp) = sampler.as_ref().and_then(|s| overrides.quick_samples(s.samples_per_pixel())) {
         set_integer(&mut settings.sampler.params, "pixelsamples", spp, settings.quick);
-        sampler = registry.create::<dyn Sampler>(&settings.sampler, context, &mut found);
+        sampler = registry.create::<dyn Sampler>(&settings.sampler, of_samples, &mut found);
     }
     let filter = registry.create::<dyn Filter>(&settings.filter, context, &mut found);
     let transport = registry.create::<dyn LightTransport>(&settings.transport, context, &mut found);
@@ -221,7 +223,7 @@ pub fn build(
             integrator_name: a.integrator_name,
             transport_name: settings.transport.name.value,
             intersector_name: intersector.value,
-            seed,
+            seed: seed_of_samples,
             hash: sources.scene_hash(),
             variables: description.variables.read,
             load: a.load,

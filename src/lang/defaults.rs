@@ -71,6 +71,11 @@ impl Defaults {
         }
     }
 
+    /// Whether the same parameters have the same values.
+    pub(super) fn same(&self, other: &Self) -> bool {
+        self.0.size() == other.0.size() && self.0.iter().zip(other.0.iter()).all(|((_, a), (_, b))| a.param == b.param)
+    }
+
     /// Adds one, in place of one of the same name.
     pub(super) fn set(&mut self, new: Arc<AttributeParam>) {
         // One that is replaced before it is used is not worth a warning.

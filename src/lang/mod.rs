@@ -20,7 +20,7 @@ pub mod description;
 mod emitters;
 mod errors;
 pub mod format;
-
+mod frame_check;
 mod instances;
 mod labels;
 mod lines;
@@ -43,6 +43,7 @@ pub mod variables;
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
 pub use format::format;
+pub use frame_check::FrameCheck;
 pub use labels::{Label, Labels, load_labelled};
 pub use method::{Method, load_method};
 pub use overrides::Overrides;

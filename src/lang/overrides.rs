@@ -5,6 +5,7 @@
 
 use crate::lang::defaults::Defaults;
 use crate::lang::description::{CameraEntity, Entity, SceneDescription};
+use crate::lang::seed;
 use crate::lang::source::SourceMap;
 use crate::lang::variables::{Origin, Unread, Variables};
 use crate::memory::picture::TooLarge;
@@ -264,6 +265,15 @@ impl Overrides {
         if let Some(spp) = self.spp {
             let span = flags.flag("--spp", &spp.to_string());
             set_integer(&mut to.sampler.params, "pixelsamples", spp, span);
+        }
+    }
+
+    /// The seed of the samples of a picture, where the scene has the seed `scene`: each frame of several has its own.
+    pub(crate) fn seed_of_samples(&self, scene: u64) -> u64 {
+        match (self.seed, self.variables.frame) {
+            (Some(seed), _) => seed,
+            (None, Some(frame)) => seed::of_frame(scene, frame),
+            (None, None) => scene,
         }
     }
 

@@ -3,6 +3,7 @@
 use crate::lang::source::SourceMap;
 use bhs_core::diagnostics::{Span, shorten};
 use bhs_core::params::Params;
+use bhs_core::sampling::mix64;
 
 /// The largest seed that a scene or a flag may give.
 pub const LARGEST_SEED: u64 = i64::MAX as u64;
@@ -28,6 +29,11 @@ pub(super) fn read(p: &Params, sources: &SourceMap) -> u64 {
             0
         }
     }
+}
+
+/// The seed of a frame of a scene with the seed `scene`: of so many bits that double precision holds it.
+pub(super) fn of_frame(scene: u64, frame: u32) -> u64 {
+    mix64(mix64(scene) ^ u64::from(frame)) >> (u64::BITS - f64::MANTISSA_DIGITS)
 }
 
 fn text_at(sources: &SourceMap, span: Span) -> Option<&str> {

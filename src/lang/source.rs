@@ -46,8 +46,10 @@ pub struct SourceMap {
 pub struct InputFile {
     /// Its name as it is given.
     pub name: PathBuf,
-    /// Where the scene names it first; `None` for the scene itself.
+    /// Where the scene names it first; `None` for what the command line names.
     pub span: Option<Span>,
+    /// What it is, in words.
+    pub role: &'static str,
 }
 
 /// All files that the scene has read, found by what they are and by their real paths: a file may have been replaced since.
@@ -82,6 +84,18 @@ impl SourceMap {
     pub fn input(&self, id: Option<&FileId>, real: &Path) -> Option<InputFile> {
         let inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
         id.and_then(|id| inputs.by_id.get(id)).or_else(|| inputs.by_path.get(real)).cloned()
+    }
+
+    /// Notes that a file that the command line names, which is there, is read too: `role` says what it is.
+    pub fn add_input(&mut self, path: &Path, role: &'static str) {
+        let input = InputFile { name: path.to_owned(), span: None, role };
+        let inputs = self.inputs.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if let Ok(found) = path.metadata() {
+            inputs.by_id.entry(FileId::of(path, &found)).or_insert_with(|| input.clone());
+        }
+        if let Ok(real) = path.canonicalize() {
+            inputs.by_path.entry(real).or_insert(input);
+        }
     }
 
     /// Opens the scene `path`; `-` is standard input, whose relative paths start from the current folder.
@@ -196,7 +210,7 @@ impl SourceMap {
         }
         let (content, id) = files::read(path)?;
         let mut inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
-        let input = || InputFile { name: name.to_owned(), span };
+        let input = || InputFile { name: name.to_owned(), span, role: "the scene" };
         inputs.by_id.entry(id).or_insert_with(input);
         if let Some(real) = self.real_path(path) {
             inputs.by_path.entry(real).or_insert_with(input);

@@ -88,7 +88,7 @@ impl<'a> Plan<'a> {
         if let Some(input) = self.sources.input(file.replaced_id().as_ref(), &file.real_path()) {
             let read = match input.span {
                 Some(_) => format!("which the scene reads as `{}`", input.name.display()),
-                None => format!("which is the scene, `{}`", input.name.display()),
+                None => format!("which is {}, `{}`", input.role, input.name.display()),
             };
             let refused = *refuse("output-is-input", format!("cannot write `{shown}`, {read}"));
             let refused = match (input.span, refused.primary.is_some()) {
