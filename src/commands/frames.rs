@@ -9,6 +9,7 @@ use crate::animation::preview::{self, Format};
 use crate::animation::{FrameRange, Ranges, digits};
 use crate::cli::RenderArgs;
 use crate::header;
+use crate::lang::source::FileCache;
 use crate::lang::{self, BuiltScene, FrameCheck, Overrides, SourceMap, Variables};
 use crate::output::{self, Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
 use crate::progress::Progress;
@@ -22,6 +23,7 @@ use bhs_core::diagnostics::Diagnostic;
 use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// An animation that is asked for.
 pub(super) struct Film<'a> {
@@ -31,6 +33,8 @@ pub(super) struct Film<'a> {
     pub overrides: Overrides,
     pub common: &'a Common,
     pub signals: &'a Signals,
+    /// What frames make of the files that they share.
+    pub cache: Arc<FileCache>,
 }
 
 /// What is written of one frame.
@@ -113,6 +117,11 @@ impl Film<'_> {
         Ok(Keys::parse(text, file).map_err(|found| (vec![*found], sources)))
     }
 
+    /// No texts yet, and what other frames have made of files.
+    fn sources(&self) -> SourceMap {
+        self.common.sources().keeping(&self.cache)
+    }
+
     /// What holds for one frame.
     fn overrides(&self, frame: u32, keys: &Keys) -> Overrides {
         let variables = Variables {
@@ -126,7 +135,7 @@ impl Film<'_> {
 
     /// Loads a frame, and says what is wrong with it. `told` has what has been said of other frames, and need not be said again.
     fn load(&self, frame: u32, keys: &Keys, registry: &Registry, told: &mut BTreeSet<String>) -> Option<(BuiltScene, SourceMap)> {
-        let mut sources = self.common.sources();
+        let mut sources = self.sources();
         match lang::load(&self.args.scene, registry, &self.overrides(frame, keys), &mut sources) {
             Ok(built) => {
                 let is_new = |d: &&Diagnostic| told.insert(report::render(std::slice::from_ref(*d), &sources, false));
@@ -179,10 +188,10 @@ impl Film<'_> {
     fn check(&self, frames: &[FrameOutputs], keys: &Keys, registry: &Registry) -> Result<bool> {
         let scene = &self.args.scene;
         let mut wrong = Vec::new();
-        let of_first = FrameCheck::of_first(scene, &self.overrides(self.range.first(), keys), &mut self.common.sources());
+        let of_first = FrameCheck::of_first(scene, &self.overrides(self.range.first(), keys), &mut self.sources());
         let check = of_first.map_err(|_| anyhow!("the scene `{}` has changed while it was read", scene.display()))?;
         for frame in frames.iter().filter(|f| !f.pictures.is_empty() && f.frame != self.range.first()).map(|f| f.frame) {
-            let mut sources = self.common.sources();
+            let mut sources = self.sources();
             let found = check.errors(scene, registry, &self.overrides(frame, keys), &mut sources);
             if !found.is_empty() {
                 if wrong.is_empty() {

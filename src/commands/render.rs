@@ -18,6 +18,7 @@ use crate::stats::{Phases, counters_to_json, missed_connections, peak_memory, po
 use anyhow::{Context, Result};
 use serde_json::json;
 use std::path::Path;
+use std::sync::Arc;
 
 /// `bhs render`
 ///
@@ -40,7 +41,7 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     }
     let overrides = Overrides { too_large: TooLarge::Refuse, ..overrides };
     if let Some(range) = args.frames.range {
-        return frames::render(&Film { args, range, overrides, common, signals });
+        return frames::render(&Film { args, range, overrides, common, signals, cache: Arc::default() });
     }
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");

@@ -95,8 +95,7 @@ impl Named for Pictures {
     }
 
     fn image(&self, path: &Spanned<String>, context: &Context) -> Result<Arc<Image>, String> {
-        let bytes = context.files.read(&path.value, path.span)?;
-        bhs_textures::decode::decode(&bytes).map(Arc::new)
+        context.decode(&path.value, path.span, bhs_textures::decode::decode)
     }
 }
 
@@ -335,8 +334,7 @@ impl Named for View<'_, '_> {
         if let Some(known) = self.names.state.borrow().images.get(&key) {
             return known.clone();
         }
-        let bytes = context.files.read(&path.value, path.span);
-        let image = bytes.and_then(|bytes| bhs_textures::decode::decode(&bytes)).map(Arc::new);
+        let image = context.decode(&path.value, path.span, bhs_textures::decode::decode);
         self.names.state.borrow_mut().images.insert(key, image.clone());
         image
     }

@@ -3,10 +3,12 @@
 use crate::files::{self, FileId, Root};
 use crate::lang::lines::Lines;
 use bhs_core::diagnostics::{Diagnostic, Span};
-use bhs_core::params::Files;
+use bhs_core::params::{Decode, Decoded, Files};
+use std::any::TypeId;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Includes within includes that are allowed.
@@ -39,6 +41,30 @@ pub struct SourceMap {
     hasher: Mutex<blake3::Hasher>,
     /// All files that there are, in place of those of the system.
     memory: Option<BTreeMap<PathBuf, Arc<[u8]>>>,
+    /// What has been made of files, if it is kept.
+    cache: Option<Arc<FileCache>>,
+}
+
+/// What has been made of files, for scenes that are made one after the other and read the same ones. It is found by the files' contents, so
+/// that a file that changes meanwhile is read anew.
+#[derive(Default)]
+pub struct FileCache {
+    made: Mutex<HashMap<(blake3::Hash, TypeId), Decoded>>,
+    /// How often something was made, and not found.
+    misses: AtomicUsize,
+}
+
+impl FileCache {
+    /// How often something was made of a file.
+    pub fn misses(&self) -> usize {
+        self.misses.load(Ordering::Relaxed)
+    }
+}
+
+impl std::fmt::Debug for FileCache {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.debug_struct("FileCache").field("misses", &self.misses()).finish_non_exhaustive()
+    }
 }
 
 /// A file that the scene reads.
@@ -73,6 +99,12 @@ impl SourceMap {
     /// No texts yet, and no files but the given ones: what a scene reads does not come from the system.
     pub fn in_memory(memory: BTreeMap<PathBuf, Arc<[u8]>>) -> Self {
         Self { memory: Some(memory), ..Self::default() }
+    }
+
+    /// Keeps what is made of files in `cache`, and takes it from there.
+    #[must_use]
+    pub fn keeping(self, cache: &Arc<FileCache>) -> Self {
+        Self { cache: Some(Arc::clone(cache)), ..self }
     }
 
     /// The folder that confines the scene, if one does.
@@ -284,6 +316,20 @@ impl Files for SourceMap {
         let content = self.content(&self.locate(path, span), Path::new(path), Some(span))?;
         self.hash_content(&content);
         Ok(content)
+    }
+
+    fn decode(&self, path: &str, span: Span, kind: TypeId, decode: Decode) -> Result<Decoded, String> {
+        let content = self.read(path, span)?;
+        let Some(cache) = &self.cache else { return decode(&content) };
+        let key = (blake3::hash(&content), kind);
+        let made = || cache.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(made) = made().get(&key) {
+            return Ok(Arc::clone(made));
+        }
+        let new = decode(&content)?;
+        cache.misses.fetch_add(1, Ordering::Relaxed);
+        made().insert(key, Arc::clone(&new));
+        Ok(new)
     }
 }
 

@@ -12,6 +12,7 @@ use crate::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use crate::spectrum::{Spectrum, SpectrumRole};
 use crate::value::{Param, ParamType};
 use glam::DAffine3;
+use std::any::{Any, TypeId};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -35,7 +36,23 @@ pub trait Files {
     /// # Errors
     /// What is wrong with the file, in words that can follow "cannot read `path`: ".
     fn read(&self, path: &str, span: Span) -> Result<Vec<u8>, String>;
+
+    /// What `decode` makes of that content, which is of the type `kind`. Where several scenes are made one after the other, such as the frames of an
+    /// animation, it may be what was made of the same content before: see [`Context::decode`].
+    ///
+    /// # Errors
+    /// As [`Files::read`], and what `decode` finds wrong.
+    fn decode(&self, path: &str, span: Span, kind: TypeId, decode: Decode) -> Result<Decoded, String> {
+        let _ = kind;
+        decode(&self.read(path, span)?)
+    }
 }
+
+/// What has been made of a file.
+pub type Decoded = Arc<dyn Any + Send + Sync>;
+
+/// Makes something of a file's content, or says what is wrong with it.
+pub type Decode<'a> = &'a dyn Fn(&[u8]) -> Result<Decoded, String>;
 
 /// Makes spectra from parameters; implemented by the program over the spectrum plugins.
 pub trait SpectrumSource {
@@ -82,6 +99,23 @@ pub struct Context<'a> {
     pub lambda_range: [f32; 2],
     /// The seed of the render.
     pub seed: u64,
+}
+
+impl Context<'_> {
+    /// What `decode` makes of the file that the text at `span` calls `path`. It depends on the content alone, and there is one way to make a `T`:
+    /// frames of an animation share what is made.
+    ///
+    /// # Errors
+    /// What is wrong with the file, in words that can follow "cannot read `path`: ".
+    pub fn decode<T: Any + Send + Sync>(
+        &self,
+        path: &str,
+        span: Span,
+        decode: impl Fn(&[u8]) -> Result<T, String>,
+    ) -> Result<Arc<T>, String> {
+        let made = self.files.decode(path, span, TypeId::of::<T>(), &|bytes| Ok(Arc::new(decode(bytes)?)))?;
+        made.downcast().map_err(|_| "it is kept as something else, which is a fault of bhs".to_owned())
+    }
 }
 
 /// Parameters that stand in for those which a plugin's own list does not give.

@@ -15,7 +15,7 @@ use glam::DVec3;
 use std::collections::HashSet;
 
 /// What a file holds.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Obj {
     /// In the file's own coordinates.
     pub mesh: WorldMesh,

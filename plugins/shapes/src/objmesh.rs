@@ -20,6 +20,7 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::Shape;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
+use std::sync::Arc;
 
 /// The entry in the list of shapes.
 pub const PLUGIN: Plugin<dyn Shape> = Plugin { name: "objmesh", summary: "triangles from a Wavefront OBJ file", build };
@@ -27,9 +28,8 @@ pub const PLUGIN: Plugin<dyn Shape> = Plugin { name: "objmesh", summary: "triang
 fn build(p: &Params) -> Option<Box<dyn Shape>> {
     let name = p.require::<String>("filename", "", "the OBJ file, relative to the scene's folder")?;
     let span = p.span_of("filename");
-    let content = p.context().files.read(&name, span);
-    let read = match content.and_then(|bytes| obj::read(&bytes)) {
-        Ok(read) => read,
+    let read = match p.context().decode(&name, span, obj::read) {
+        Ok(read) => Arc::unwrap_or_clone(read),
         Err(fault) => {
             p.report(Diagnostic::error("bad-file", format!("cannot read `{name}`: {fault}")).at(span, ""));
             return None;

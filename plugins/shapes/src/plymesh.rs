@@ -23,6 +23,7 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::Shape;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
+use std::sync::Arc;
 
 /// The entry in the list of shapes.
 pub const PLUGIN: Plugin<dyn Shape> = Plugin { name: "plymesh", summary: "triangles from a PLY file", build };
@@ -30,13 +31,12 @@ pub const PLUGIN: Plugin<dyn Shape> = Plugin { name: "plymesh", summary: "triang
 fn build(p: &Params) -> Option<Box<dyn Shape>> {
     let name = p.require::<String>("filename", "", "the PLY file, relative to the scene's folder")?;
     let span = p.span_of("filename");
-    let content = p.context().files.read(&name, span);
-    let read = content.and_then(|bytes| ply::read(&bytes)).and_then(|ply| match ply.mesh.triangles.len() {
+    let read = p.context().decode(&name, span, ply::read).and_then(|ply| match ply.mesh.triangles.len() {
         0 => Err("it holds no triangle".into()),
         n => can_be_numbered(n as u64, "triangles").map(|()| ply),
     });
     let ply = match read {
-        Ok(ply) => ply,
+        Ok(ply) => Arc::unwrap_or_clone(ply),
         Err(fault) => {
             p.report(Diagnostic::error("bad-file", format!("cannot read `{name}`: {fault}")).at(span, ""));
             return None;
