@@ -1,7 +1,12 @@
 //! Animations: frames are what single renders make of the same numbers, and none of them destroys or repeats anything.
 
+use crate::common;
+use crate::common::examples::{blocks, build_all};
 use crate::common::process;
 use crate::common::program::Folder;
+use bhs::animation::keys::Keys;
+use bhs::cli::Cli;
+use clap::Parser;
 use image::AnimationDecoder;
 use std::io::Cursor;
 
@@ -26,6 +31,29 @@ fn moving() -> Folder {
     let folder = Folder::new(MOVING);
     folder.write("keys.csv", KEYS);
     folder
+}
+
+#[test]
+fn the_page_on_animations_shows_what_works() {
+    let page = common::read("docs/animations.md");
+    build_all("docs/animations.md", &page);
+    let table = blocks(&page, "csv");
+    assert!(table.len() == 1 && Keys::parse(table[0], 0).is_ok(), "{table:?}");
+    let lines: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("$ ")).collect();
+    assert!(lines.len() >= 4);
+    for line in &lines {
+        Cli::try_parse_from(line.split_whitespace()).unwrap_or_else(|e| panic!("{line}\n{e}"));
+    }
+    // The first animation, small.
+    let folder = Folder::new("");
+    folder.write("orbit.bhs", blocks(&page, "bhs")[0]);
+    folder.write("orbit.csv", table[0]);
+    let line = lines.iter().find(|line| line.contains("--frames")).expect("there is one");
+    let args: Vec<&str> = line.split_whitespace().skip(1).chain(["--resolution", "16x9", "--spp", "1"]).collect();
+    let said = done(&folder, &args);
+    assert!(folder.files().contains(&"orbit.0060.png".to_owned()) && folder.files().contains(&"orbit.gif".to_owned()), "{said}");
+    let last = said.lines().last().expect("it says something");
+    assert!(last.contains("ffmpeg") && last.contains("'orbit.%04d.png'") && last.contains("'orbit.mp4'"), "{last}");
 }
 
 /// Runs a command that has to succeed.
