@@ -131,6 +131,7 @@ fn faulty_scenes_say_what_is_wrong() {
 
 /// Kinds of findings that no faulty scene of the folder shows, and why.
 const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
+    ("bad-keys", "of a file of keys: src/animation/keys.rs"),
     ("cannot-write", "of outputs, which are looked at when the scene is built: tests/outputs.rs"),
     ("output-is-input", "likewise"),
     ("output-not-exr", "likewise"),

@@ -69,7 +69,7 @@ fn what_is_wrong_with_a_definition_is_said_at_its_place() {
     assert!(half.code == 1 && half.err.contains("scene.bhs:3:34") && half.err.contains("$columns"), "{}", half.err);
     // Also in a file that is included.
     let negative = check(&["-D", "columns=8", "-D", "radius=-1"]);
-    assert!(negative.code == 1 && negative.err.contains("more.bhs:1:85"), "{}", negative.err);
+    assert!(negative.code == 1 && negative.err.contains("more.bhs:1:86"), "{}", negative.err);
     assert_eq!(check(&["-D", "columns=8.0"]).code, 0);
     let traced = folder.run(&["trace", "scene.bhs", "--rays", "more.bhs", "-D", "columns=8"]);
     assert!(traced.code == 1 && traced.err.contains("more.bhs"), "{}", traced.err);
