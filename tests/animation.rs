@@ -6,9 +6,15 @@ use crate::common::process;
 use crate::common::program::Folder;
 use bhs::animation::keys::Keys;
 use bhs::cli::Cli;
+use bhs::lang::source::FileCache;
+use bhs::lang::{self, Overrides, SourceMap};
+use bhs::registry::Registry;
 use clap::Parser;
 use image::AnimationDecoder;
+use std::collections::BTreeMap;
 use std::io::Cursor;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A sphere that moves with `$x`, grows with `$frame` and turns grey with `$time`.
 const MOVING: &str = r#"
@@ -284,4 +290,28 @@ fn frames_resume_from_checkpoints_of_their_own() {
     assert!(run.code == 1 && run.err.contains("frame 1") && run.err.contains("of another scene"), "{}", run.err);
     done(&folder, &["render", "scene.bhs", "--frames", "1-2", "--checkpoint=c.state", "-o", "named.exr"]);
     assert!(folder.files().contains(&"c.0002.state".to_owned()), "{:?}", folder.files());
+}
+
+#[test]
+fn what_is_made_of_a_file_is_shared_as_long_as_the_file_is_the_same() {
+    let mesh = |x: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n{x} 0 0\n0 1 0\n3 0 1 2\n"
+        )
+    };
+    let cache = Arc::new(FileCache::default());
+    let load = |x: &str, z: &str| {
+        let files = BTreeMap::from([(PathBuf::from("mesh.ply"), Arc::from(mesh(x).into_bytes()))]);
+        let text =
+            format!("WorldBegin LightSource \"infinite\" Translate 0 0 {z} Shape \"plymesh\" \"string filename\" \"mesh.ply\"");
+        let overrides = Overrides { intersector: Some("reference".into()), ..Overrides::default() };
+        let mut sources = SourceMap::in_memory(files).keeping(&cache);
+        let built = lang::load_text("frame.bhs", &text, &Registry::builtin(), &overrides, &mut sources);
+        let built = built.unwrap_or_else(|found| panic!("{found:?}"));
+        assert_eq!(built.load.triangles, 1);
+        cache.misses()
+    };
+    // Where it stands does not matter, and what it is does.
+    assert_eq!([load("1", "3"), load("1", "4"), load("2", "4"), load("1", "5")], [1, 1, 2, 2]);
 }
