@@ -47,6 +47,13 @@ pub trait Integrator: Send + Sync {
         (matches!(end.arrival, Arrival::Surface(_)) && time.time.is_finite()).then_some(time.time)
     }
 
+    /// [`Integrator::travel_time`] as precise as pictures need it, to some 1e-6 along the curve, in less than half of the time.
+    fn travel_time_roughly(&self, world: &World, ray: &Ray) -> Option<f64> {
+        let mut time = TravelTime::rough(world);
+        let end = self.watched(world, ray, &mut time);
+        (matches!(end.arrival, Arrival::Surface(_)) && time.time.is_finite()).then_some(time.time)
+    }
+
     /// Angle that `ray` sweeps around the point `center` (render space; rad) until it meets a surface; `None` if it meets none. It is followed again
     /// for that.
     fn swept_angle(&self, world: &World, ray: &Ray, center: DVec3) -> Option<f64> {

@@ -65,6 +65,15 @@ impl Footprints {
     }
 }
 
+/// Time that light takes along the rays of a path, from where the last one ends to the camera. It is found when it is needed.
+#[derive(Clone, Debug, Default)]
+pub struct Travelled {
+    /// Along those that have been measured (scene units).
+    time: f64,
+    /// The others.
+    unmeasured: Vec<Ray>,
+}
+
 /// A surface point on a path, with the observer who measures there.
 pub struct Vertex<'s> {
     /// Where the path arrived.
@@ -216,23 +225,26 @@ impl Scene {
         })
     }
 
-    /// Adds the time that light takes along `ray`, which ended at `vertex`, to `travelled`, that from there to the camera (scene units), and shows the
-    /// emission of the vertex as it was then; nothing where no emission depends on it.
+    /// Notes that light comes along `ray`, which ended at `vertex`, and shows the emission of the vertex as it was when it left there; nothing where no
+    /// emission depends on it.
     #[inline]
-    pub fn date(&self, vertex: &mut Vertex, ray: &Ray, travelled: &mut f64) {
+    pub fn date(&self, vertex: &mut Vertex, ray: &Ray, travelled: &mut Travelled) {
         if self.light_sampler.depends_on_time {
             self.dated(vertex, ray, travelled);
         }
     }
 
     #[cold]
-    fn dated(&self, vertex: &mut Vertex, ray: &Ray, travelled: &mut f64) {
-        *travelled += self.integrator.travel_time(&self.world, ray).unwrap_or(0.0);
+    fn dated(&self, vertex: &mut Vertex, ray: &Ray, travelled: &mut Travelled) {
+        travelled.unmeasured.push(*ray);
         let Some(light) = vertex.emitter.map(|e| &e.light).filter(|light| light.depends_on_time()) else { return };
-        vertex.emission_time = -*travelled;
+        for ray in travelled.unmeasured.drain(..) {
+            travelled.time += self.integrator.travel_time_roughly(&self.world, &ray).unwrap_or(0.0);
+        }
+        vertex.emission_time = -travelled.time;
         // Of triangles the point alone says nothing: their patterns stay.
         if let Geometry::Analytic(surface) = &self.world.geometries[vertex.hit.geometry as usize] {
-            vertex.emission_uv = surface.surface(light.at_time_zero(vertex.hit.point, -*travelled)).uv;
+            vertex.emission_uv = surface.surface(light.at_time_zero(vertex.hit.point, -travelled.time)).uv;
         }
     }
 

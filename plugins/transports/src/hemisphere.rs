@@ -19,7 +19,7 @@ use bhs_core::ray::Arrival;
 use bhs_core::sampling::uniform_hemisphere;
 use bhs_core::spectrum::SampledSpectrum;
 use bhs_engine::path_log::PathEvent;
-use bhs_engine::scene::Scene;
+use bhs_engine::scene::{Scene, Travelled};
 use bhs_engine::stats::PathLog;
 use bhs_engine::transport::{LightTransport, PathSample};
 use std::f32::consts::TAU;
@@ -48,7 +48,7 @@ impl LightTransport for Hemisphere {
         let mut throughput = SampledSpectrum::ONE;
         // Those that the path still has.
         let mut lambda = path.lambda;
-        let mut travelled = 0.0;
+        let mut travelled = Travelled::default();
         for depth in 0..=self.max_depth {
             let end = scene.integrator.trace(&scene.world, &ray);
             log.counters.add_ray(&end);

@@ -42,7 +42,7 @@ use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_engine::connections::Connections;
 use bhs_engine::light_sampling::LightSample;
 use bhs_engine::path_log::PathEvent;
-use bhs_engine::scene::{Scene, Vertex};
+use bhs_engine::scene::{Scene, Travelled, Vertex};
 use bhs_engine::stats::PathLog;
 use bhs_engine::transport::{BATCH, LightTransport, PathSample};
 use glam::{DVec3, Vec2};
@@ -127,8 +127,8 @@ struct State {
     chosen: Option<Chosen>,
     /// How much less it weighs because its directions were more likely than the materials would have made them.
     guided: f32,
-    /// Time that its light takes from where the ray starts to the camera: see [`Scene::date`].
-    travelled: f64,
+    /// What its light has come along: see [`Scene::date`].
+    travelled: Travelled,
     /// What a guide learns from it.
     records: ArrayVec<TrainingRecord, MOST_RECORDS>,
 }
@@ -137,7 +137,7 @@ impl State {
     fn new(path: &PathSample) -> Self {
         let throughput = SampledSpectrum::ONE;
         let (ray, lambda, records) = (path.ray, path.lambda, ArrayVec::new());
-        Self { ray, throughput, lambda, chosen: None, guided: 1.0, travelled: 0.0, records }
+        Self { ray, throughput, lambda, chosen: None, guided: 1.0, travelled: Travelled::default(), records }
     }
 
     /// A direction of a matt surface by what was learned at `place`.
