@@ -7,7 +7,7 @@ mod common;
 use bhs_core::geometry::Geometry;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::observer::{Conventions, Observer};
-use bhs_core::ray::{Arrival, Ray};
+use bhs_core::ray::{Arrival, Ray, RayEnd};
 use bhs_core::real::Vector;
 use bhs_core::spacetime::{Place, Spacetime, Spherical};
 use bhs_engine::integrator::{Integrator, IntegratorBuilder};
@@ -19,9 +19,10 @@ use bhs_integrators::tracing::driver::Course;
 use bhs_integrators::{Adaptive, Rk4, Tolerance};
 use bhs_intersectors::reference::Reference;
 use bhs_spacetimes::Kerr;
-use common::{Dice, mesh};
+use common::{Dice, ball, mesh, on_all_processors, room};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::AddAssign;
 use std::sync::Arc;
 
 const STEPS: u64 = 10_000_000;
@@ -317,4 +318,76 @@ fn what_is_conserved_stays() {
         }
     }
     assert!(orbits > 9_000, "{orbits} {worst:e}");
+}
+
+/// Rays a spin; `BHS_RAYS` asks for more.
+fn count(usual: u64) -> u64 {
+    std::env::var("BHS_RAYS").ok().and_then(|n| n.parse().ok()).map_or(usual, |n: u64| n.max(usual))
+}
+
+#[derive(Default)]
+struct Ends {
+    met: u64,
+    captured: u64,
+}
+
+impl AddAssign for Ends {
+    fn add_assign(&mut self, o: Self) {
+        self.met += o.met;
+        self.captured += o.captured;
+    }
+}
+
+/// Rays in a closed room with a hole, half of them towards it, some from the ergosphere: none gets out, none goes on for ever, nothing is no number.
+#[test]
+fn rays_leak_nowhere() {
+    const RAYS_AT_ONCE: u64 = 1000;
+    for spin in [0.5, 0.9, 0.998] {
+        let hole = kerr(spin);
+        let things = [
+            room(DVec3::splat(-15.0), DVec3::splat(15.0)),
+            ball(DVec3::new(6.0, 2.0, -1.0), 2.0),
+            ball(DVec3::new(-4.0, -5.0, 3.0), 1.5),
+            mesh(&[[DVec3::new(-6.0, 4.0, -3.0), DVec3::new(3.0, 6.0, 2.0), DVec3::new(2.0, 3.0, 7.0)]]),
+        ];
+        let world = world(spin, things.to_vec());
+        let integrator = adaptive(spin, 1e-2);
+        let sum = on_all_processors(count(20_000).div_ceil(RAYS_AT_ONCE), |number| {
+            let mut dice = Dice(500 + number);
+            let rays: Vec<Ray> = (0..RAYS_AT_ONCE)
+                .map(|i| {
+                    loop {
+                        // Every tenth from where everything turns with the hole.
+                        let x = if i % 10 == 0 { dice.point(2.0) } else { dice.point(14.9) };
+                        let place = Place::near(x);
+                        let far_from_things =
+                            (x - DVec3::new(6.0, 2.0, -1.0)).length() > 2.0 && (x - DVec3::new(-4.0, -5.0, 3.0)).length() > 1.5;
+                        let (Some(normal), true) = (hole.normal(place), far_from_things) else { continue };
+                        let eye = Observer::dragged(&normal);
+                        let local =
+                            if i % 2 == 0 { dice.direction() } else { (-x.normalize() + 0.5 * dice.point(1.0)).normalize() };
+                        if eye.has_positive_energy(local) {
+                            return Ray::new(x, eye.chart_direction(local));
+                        }
+                    }
+                })
+                .collect();
+            let mut found = vec![RayEnd::NONE; rays.len()];
+            integrator.trace_all(&world, &rays, &mut found);
+            let mut ends = Ends::default();
+            for (ray, end) in rays.iter().zip(&found) {
+                assert!(end.swept.is_finite(), "{spin} {ray:?} {end:?}");
+                match end.arrival {
+                    Arrival::Surface(hit) => {
+                        assert!(hit.point.is_finite() && (hit.direction.length() - 1.0).abs() < 1e-9, "{spin} {ray:?} {hit:?}");
+                        ends.met += 1;
+                    }
+                    Arrival::Captured => ends.captured += 1,
+                    other => panic!("{spin} {ray:?}: {other:?}"),
+                }
+            }
+            ends
+        });
+        assert!(sum.met > sum.captured && sum.captured * 10 > sum.met, "{} {}", sum.met, sum.captured);
+    }
 }
