@@ -16,6 +16,7 @@ mod corpus;
 mod curved;
 mod diagnostics;
 mod diagnostics_look;
+mod discs;
 mod disk_faults;
 mod editor;
 mod extremes;

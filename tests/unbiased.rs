@@ -261,3 +261,22 @@ fn with_textured_lights_behind_a_veil() {
         check(&format!("textured, {name}"), &format!("{before}{after}"), 4, [8, 8, 12]);
     }
 }
+
+/// A room that only a thin disc lights, whose matter moves: what light sampling draws from it and what BSDF sampling finds of it are the same.
+#[test]
+fn in_a_room_lit_by_a_thin_disc() {
+    let disc = r#"
+        AttributeBegin
+            Translate 0 0.75 0.2  Rotate 20 0 0 1
+            Material "diffuse" "spectrum reflectance" 0
+            AreaLightSource "thindisc" "float temperature" 6000 "float scale" 1e-3 "vector3 axis" [0 1 0]
+            Rotate -90 1 0 0
+            Shape "disk" "float radius" 0.6 "string motion" "keplerian" "vector3 axis" [0 0 1]
+        AttributeEnd
+    "#;
+    let hole = r#"BlackHole "schwarzschild" "point3 center" [0 0.75 0.2] "float rs" 0.1"#;
+    let text = bent_room("", hole, disc);
+    let (before, after) = text.split_once("AttributeBegin\n            AreaLightSource").expect("the room has a lamp");
+    let (_, after) = after.split_once("AttributeEnd").expect("it ends");
+    check("thin disc", &format!("{before}{after}"), 3, [8, 12, 16]);
+}
