@@ -85,7 +85,7 @@ impl Answers<'_> {
         }
     }
 
-    fn to_world(&self, x: DVec3) -> DVec3 {
+    fn to_world(self, x: DVec3) -> DVec3 {
         x + self.scene.world.origin
     }
 

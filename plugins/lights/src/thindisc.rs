@@ -220,13 +220,13 @@ impl AreaLight for ThinDisc {
         };
         let bound = Bound { hole, axis, sense, orbits, unit };
         let hottest = self.hardening * bound.unit * bound.orbits.greatest_flux().sqrt().sqrt();
-        if !(hottest <= HOTTEST) {
+        if hottest > HOTTEST || hottest.is_nan() {
             return Err(format!("its hottest ring has {hottest:.3e} K; hotter than {HOTTEST:e} K is not supported"));
         }
         // The peak of Planck's curve.
         let body = Planck::new(hottest);
         let brightest = self.scale / self.hardening.powi(4) * f64::from(body.max(0.0, f32::MAX));
-        if !(brightest <= f64::from(f32::MAX)) {
+        if brightest > f64::from(f32::MAX) || brightest.is_nan() {
             return Err(format!("times `scale` it is {brightest:.3e}, and light is at most {:.3e}", f32::MAX));
         }
         self.bound = Some(bound);

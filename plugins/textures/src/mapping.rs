@@ -38,7 +38,7 @@ impl UvMapping {
     /// How many units of s go once around, if they are a whole number: what repeats after them has no seam.
     pub fn turns(&self) -> Option<i64> {
         let turns = self.scale.x;
-        (turns >= 1.0 && turns <= 1e6 && turns.fract() == 0.0).then_some(turns as i64)
+        ((1.0..=1e6).contains(&turns) && turns.fract() == 0.0).then_some(turns as i64)
     }
 
     /// The place of a point.
