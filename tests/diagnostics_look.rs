@@ -16,48 +16,48 @@ fn the_look_of_a_misspelt_parameter() {
         "unknown_parameter",
         &Overrides::default(),
         &expect![[r#"
-        error: unknown parameter `stepp`
-         --> tests/diagnostics/unknown_parameter.bhs:3:39
-          |
-        3 | Integrator "schwarzschild-rk4" "float stepp" 0.1
-          |                                       ^^^^^ `schwarzschild-rk4` has no such parameter
-          |
-          = help: did you mean `step`?
+            error: unknown parameter `stepp`
+             --> tests/diagnostics/unknown_parameter.bhs:3:39
+              |
+            3 | Integrator "schwarzschild-rk4" "float stepp" 0.1
+              |                                       ^^^^^ `schwarzschild-rk4` has no such parameter
+              |
+              = help: did you mean `step`?
 
-        error: unknown parameter `yres`
-         --> tests/diagnostics/unknown_parameter.bhs:7:14
-          |
-        7 |     "integer yres" 64
-          |              ^^^^ `rgb` has no such parameter
-          |
-          = help: `rgb` takes xresolution, yresolution, cropwindow, filename, lambdamin, lambdamax, exposure, tonecurve, layers
+            error: unknown parameter `yres`
+             --> tests/diagnostics/unknown_parameter.bhs:7:14
+              |
+            7 |     "integer yres" 64
+              |              ^^^^ `rgb` has no such parameter
+              |
+              = help: `rgb` takes xresolution, yresolution, cropwindow, filename, lambdamin, lambdamax, exposure, tonecurve, bloom, layers
 
-        error: unknown parameter `centre`
-          --> tests/diagnostics/unknown_parameter.bhs:12:50
-           |
-        12 | BlackHole "schwarzschild" "float rs" 0.1 "point3 centre" [0 1 5]
-           |                                                  ^^^^^^ `schwarzschild` has no such parameter
-           |
-           = help: did you mean `center`?
+            error: unknown parameter `centre`
+              --> tests/diagnostics/unknown_parameter.bhs:12:50
+               |
+            12 | BlackHole "schwarzschild" "float rs" 0.1 "point3 centre" [0 1 5]
+               |                                                  ^^^^^^ `schwarzschild` has no such parameter
+               |
+               = help: did you mean `center`?
 
-        error: unknown parameter `reflectence`
-          --> tests/diagnostics/unknown_parameter.bhs:15:25
-           |
-        15 | Material "diffuse" "rgb reflectence" [0.5 0.5 0.5]
-           |                         ^^^^^^^^^^^ `diffuse` has no such parameter
-           |
-           = help: did you mean `reflectance`?
+            error: unknown parameter `reflectence`
+              --> tests/diagnostics/unknown_parameter.bhs:15:25
+               |
+            15 | Material "diffuse" "rgb reflectence" [0.5 0.5 0.5]
+               |                         ^^^^^^^^^^^ `diffuse` has no such parameter
+               |
+               = help: did you mean `reflectance`?
 
-        error: unknown parameter `colour`
-          --> tests/diagnostics/unknown_parameter.bhs:18:40
-           |
-        18 | Shape "sphere" "float radius" 1 "float colour" 3
-           |                                        ^^^^^^ `sphere` has no such parameter
-           |
-           = help: `sphere` takes radius, zmin, zmax, phimax
+            error: unknown parameter `colour`
+              --> tests/diagnostics/unknown_parameter.bhs:18:40
+               |
+            18 | Shape "sphere" "float radius" 1 "float colour" 3
+               |                                        ^^^^^^ `sphere` has no such parameter
+               |
+               = help: `sphere` takes radius, zmin, zmax, phimax, motion
 
-        5 errors
-    "#]],
+            5 errors
+        "#]],
     );
 }
 

@@ -67,7 +67,7 @@ fn faults_have_a_line_and_a_column() {
             "line 1, column 19: `wavelength` is no column: there are ox, oy, oz, dx, dy, dz, side, footprint",
         ),
         ("ox,oy,oz,dx,dy,dz,ox\n", "line 1, column 19: two columns are called `ox`"),
-        ("ox,oy,oz,dx,dy,dz\n1,2,3\n", "line 2: expected 6 values ox,oy,oz,dx,dy,dz, found 3"),
+        ("ox,oy,oz,dx,dy,dz\n1,2,3\n", "line 2: expected 6 numbers ox,oy,oz,dx,dy,dz, found 3"),
         ("0,0,5,0,0,0\n", "line 1: the direction is zero"),
         ("side,ox,oy,oz,dx,dy,dz\nleft,0,0,5,0,0,1", "line 2, column 1: `left` is no side: near or far"),
     ] {

@@ -92,7 +92,9 @@ impl Columns {
         let found = words(line).count();
         if found != self.order.len() {
             let all = self.order.join(",");
-            return Err(Fault::whole(format!("expected {} values {all}, found {found}", self.order.len())));
+            // A side is a word.
+            let what = if self.order.contains(&"side") { "values" } else { "numbers" };
+            return Err(Fault::whole(format!("expected {} {what} {all}, found {found}", self.order.len())));
         }
         let fields = words(line).zip(&self.order).map(|((column, text), &name)| Field { text, name, column });
         Ok(Some(fields.collect()))

@@ -80,6 +80,7 @@ pub fn scene(options: &str, world: &str, film: bool, sampler: bool) -> String {
 const SIZE: &[(&str, &str)] = &[("xresolution", "\"integer xresolution\" 3"), ("yresolution", "\"integer yresolution\" 3")];
 const SQUARE: &[(&str, &str)] =
     &[("P", "\"point3 P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0]"), ("indices", "\"integer indices\" [0 1 2  0 2 3]")];
+const TURN: &[(&str, &str)] = &[("omega", "\"float omega\" 0.01")];
 const PATCH: &[(&str, &str)] = &[("P", "\"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0.3]")];
 
 /// Numbers of the lists that plugins take: what they are if nothing is wrong with them.
@@ -107,7 +108,10 @@ pub fn scene_of(plugin: &PluginInfo, given: &str, parameter: &str) -> Option<Str
     Some(match plugin.kind {
         "integrator" => scene(&format!("Integrator \"{name}\" {given}"), hole, true, true),
         "light transport" => scene(&format!("LightTransport \"{name}\" {given}"), "", true, true),
-        "motion" => scene(&format!("Camera \"perspective\" \"string motion\" \"{name}\" {given}"), "", true, true),
+        "motion" => {
+            let needs = if name == "rotating" { needed(TURN) } else { String::new() };
+            scene(&format!("Camera \"perspective\" \"string motion\" \"{name}\" {needs} {given}"), hole, true, true)
+        }
         "camera" => scene(&format!("Camera \"{name}\" {given}"), "", true, true),
         "film" => {
             let size = needed(SIZE);
@@ -140,6 +144,13 @@ pub fn scene_of(plugin: &PluginInfo, given: &str, parameter: &str) -> Option<Str
             scene("", &world, true, true)
         }
         "light" => scene("", &format!("LightSource \"{name}\" {given}"), true, true),
+        "area light" if name == "thindisc" => {
+            let world = format!(
+                "AttributeBegin Translate 0.5 1.2 1 BlackHole \"schwarzschild\" \"float rs\" 0.1 Rotate -90 1 0 0
+                 AreaLightSource \"thindisc\" {given} Shape \"disk\" \"float radius\" 1 \"string motion\" \"keplerian\" AttributeEnd"
+            );
+            scene("", &world, true, true)
+        }
         "area light" => {
             let world = format!(
                 "AttributeBegin Translate 1 1 0 AreaLightSource \"{name}\" {given} Shape \"sphere\" \"float radius\" 0.3 AttributeEnd"
