@@ -4,7 +4,7 @@
 //! as B at the temperature there. Exactly so only if nothing ends in the hole, so a surface of the same kind encloses it.
 
 use crate::common;
-use crate::common::physics::{directions, lapse, planck, radiance, rgb_of, shadow_sine};
+use crate::common::physics::{deviation, directions, lapse, planck, radiance, shadow_sine};
 
 /// Temperature far from the hole (K).
 const T0: f64 = 3200.0;
@@ -60,22 +60,6 @@ fn room(options: &str, rho: f64, surfaces: &str) -> String {
     )
 }
 
-/// Largest relative deviation of a pixel of the scene, and of the mean of all, from the black body that the camera must see.
-fn deviation(text: &str) -> (f64, f64) {
-    let built = common::build(text);
-    let seen = T0 / lapse(distance(CAMERA));
-    let expected = rgb_of(|l| planck(seen, l), [360.0, 830.0], 10);
-    let rendered = common::render(&built);
-    let lost = rendered.counters.captured + rendered.counters.escaped + rendered.counters.out_of_steps;
-    assert_eq!(lost, 0, "the room leaks: {:?}", rendered.counters);
-    let picture = rendered.frame.picture();
-    let pixels: Vec<_> = picture.data.chunks_exact(3).collect();
-    let off = |k: usize, value: f64| (value / expected[k] - 1.0).abs();
-    let of_pixel = |k: usize| pixels.iter().map(|p| off(k, f64::from(p[k]))).fold(0.0, f64::max);
-    let of_mean = |k: usize| off(k, pixels.iter().map(|p| f64::from(p[k])).sum::<f64>() / pixels.len() as f64);
-    ((0..3).map(of_pixel).fold(0.0, f64::max), (0..3).map(of_mean).fold(0.0, f64::max))
-}
-
 /// The integrators, as precise as in a picture of some hundred pixels across (by default they would go by the pixels of this one).
 const INTEGRATORS: [&str; 3] = [
     r#"Integrator "schwarzschild-exact" "float tolerance" 1e-3"#,
@@ -97,7 +81,7 @@ fn is_uniform(surfaces: &str, cover: f64) {
     for integrator in INTEGRATORS {
         for (method, samples, tolerance) in METHODS {
             let options = format!("{integrator}\n{method}\nSampler \"sobol\" \"integer pixelsamples\" {samples}");
-            let (pixel, mean) = deviation(&room(&options, 0.3, &surfaces));
+            let (pixel, mean) = deviation(&room(&options, 0.3, &surfaces), T0 / lapse(distance(CAMERA)));
             eprintln!("cover {cover}, {integrator}, {method}: pixels {pixel:.1e}, mean {mean:.1e}");
             assert!(pixel < tolerance && mean < 2e-3, "cover {cover}, {integrator}, {method}: {pixel:.1e} {mean:.1e}");
         }

@@ -1,7 +1,7 @@
 //! Surfaces that turn: rooms in thermal equilibrium with their walls, which no lens, no dragging and no reflection shows, and a matt disc in daylight.
 
 use crate::common;
-use crate::common::physics::{planck, radiance, rgb_of};
+use crate::common::physics::{deviation, planck, radiance};
 use bhs_core::observer::Observer;
 use bhs_core::spacetime::Place;
 use bhs_engine::stats::PathLog;
@@ -53,21 +53,6 @@ fn slowness(mass: f64) -> f64 {
 fn with_the_room() -> String {
     let DVec3 { x, y, z } = -CAMERA;
     format!("{TURNING} \"point3 center\" [{x} {y} {z}]")
-}
-
-/// Largest relative deviation of a pixel of the scene, and of the mean of all, from a black body.
-fn deviation(text: &str, temperature: f64) -> (f64, f64) {
-    let built = common::build(text);
-    let expected = rgb_of(|l| planck(temperature, l), [360.0, 830.0], 10);
-    let rendered = common::render(&built);
-    let lost = rendered.counters.captured + rendered.counters.escaped + rendered.counters.out_of_steps;
-    assert_eq!(lost, 0, "the room leaks: {:?}", rendered.counters);
-    let picture = rendered.frame.picture();
-    let pixels: Vec<_> = picture.data.chunks_exact(3).collect();
-    let off = |k: usize, value: f64| (value / expected[k] - 1.0).abs();
-    let of_pixel = |k: usize| pixels.iter().map(|p| off(k, f64::from(p[k]))).fold(0.0, f64::max);
-    let of_mean = |k: usize| off(k, pixels.iter().map(|p| f64::from(p[k])).sum::<f64>() / pixels.len() as f64);
-    ((0..3).map(of_pixel).fold(0.0, f64::max), (0..3).map(of_mean).fold(0.0, f64::max))
 }
 
 #[test]

@@ -1,13 +1,12 @@
 //! Surfaces in motion: what the parameters of a shape state, and where that is no motion of a surface.
 
-use crate::lang::spacetime::{Gravity, points_of};
+use crate::lang::spacetime::{Gravity, points_of, samples_of};
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::Geometry;
 use bhs_core::motion::{Motion, Surroundings};
 use bhs_core::observer::Conventions;
-use bhs_core::sampling::ONE_MINUS_EPSILON;
 use bhs_core::spacetime::{Place, Side};
-use glam::{DVec3, Vec2};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// Largest sine of the angle between a surface and how it moves: meshes are surfaces of revolution nearly.
@@ -22,11 +21,7 @@ type Spot = (DVec3, DVec3);
 /// Places all over `geometry`.
 fn spots(geometry: &Geometry) -> Box<dyn Iterator<Item = Spot> + '_> {
     match geometry {
-        Geometry::Analytic(surface) => Box::new((0..256).map(|i| {
-            let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
-            let sample = surface.sample(u);
-            (sample.point, sample.normal)
-        })),
+        Geometry::Analytic(surface) => Box::new(samples_of(&**surface).map(|sample| (sample.point, sample.normal))),
         mesh => {
             let count = mesh.triangle_count();
             let every = count.div_ceil(MOST_TRIANGLES).max(1);

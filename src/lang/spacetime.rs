@@ -5,7 +5,7 @@ use crate::lang::description::Entity;
 use crate::registry::{NoFiles, Registry, bare_context};
 use bhs_core::camera::{Camera, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned};
-use bhs_core::geometry::Geometry;
+use bhs_core::geometry::{Analytic, AreaSample, Geometry};
 use bhs_core::motion::Surroundings;
 use bhs_core::observer::Conventions;
 use bhs_core::params::{Context, Params};
@@ -249,13 +249,18 @@ fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     }
 }
 
+/// Points all over an analytic surface, with their normals.
+pub(super) fn samples_of(surface: &dyn Analytic) -> impl Iterator<Item = AreaSample> {
+    (0..256).map(|i| {
+        let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
+        surface.sample(u)
+    })
+}
+
 /// Points all over a surface, which stand for it: the corners of triangles.
 pub(super) fn points_of(geometry: &Geometry) -> Box<dyn Iterator<Item = DVec3> + '_> {
     match geometry {
-        Geometry::Analytic(surface) => Box::new((0..256).map(|i| {
-            let u = Vec2::new((i % 16) as f32, (i / 16) as f32) / 15.0 * ONE_MINUS_EPSILON;
-            surface.sample(u).point
-        })),
+        Geometry::Analytic(surface) => Box::new(samples_of(&**surface).map(|sample| sample.point)),
         mesh => Box::new((0..mesh.triangle_count() as u32).filter_map(|t| mesh.corners(t)).flatten()),
     }
 }

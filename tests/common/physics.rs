@@ -50,6 +50,21 @@ pub fn rgb_of(radiance: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], fine: u32) -> [
     ]
 }
 
+/// Largest relative deviation of a pixel of the scene, and of the mean of all, from a black body; fails if a ray gets out of it.
+pub fn deviation(text: &str, temperature: f64) -> (f64, f64) {
+    let built = super::build(text);
+    let expected = rgb_of(|l| planck(temperature, l), [360.0, 830.0], 10);
+    let rendered = super::render(&built);
+    let lost = rendered.counters.captured + rendered.counters.escaped + rendered.counters.out_of_steps;
+    assert_eq!(lost, 0, "the room leaks: {:?}", rendered.counters);
+    let picture = rendered.frame.picture();
+    let pixels: Vec<_> = picture.data.chunks_exact(3).collect();
+    let off = |k: usize, value: f64| (value / expected[k] - 1.0).abs();
+    let of_pixel = |k: usize| pixels.iter().map(|p| off(k, f64::from(p[k]))).fold(0.0, f64::max);
+    let of_mean = |k: usize| off(k, pixels.iter().map(|p| f64::from(p[k])).sum::<f64>() / pixels.len() as f64);
+    ((0..3).map(of_pixel).fold(0.0, f64::max), (0..3).map(of_mean).fold(0.0, f64::max))
+}
+
 /// The spectral radiance that the scene's method finds at the wavelengths `lambda_nm` along the local direction `local` of the
 /// observer at the camera; sample number `index`.
 pub fn radiance(built: &BuiltScene, local: DVec3, lambda_nm: [f32; N_LAMBDA], index: u32, log: &mut PathLog) -> [f32; N_LAMBDA] {

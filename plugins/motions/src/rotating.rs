@@ -20,7 +20,6 @@ use bhs_core::Plugin;
 use bhs_core::motion::{Motion, Surroundings};
 use bhs_core::observer::Observer;
 use bhs_core::params::{Params, Point3};
-use bhs_core::spacetime::Spacetime;
 use glam::DVec3;
 
 /// The entry of this file in the crate's list.
@@ -64,10 +63,6 @@ impl Motion for Rotating {
 
     fn is_static(&self) -> bool {
         self.omega == 0.0
-    }
-
-    fn fault(&self, _: Option<&dyn Spacetime>) -> Option<String> {
-        None
     }
 
     fn rebase(&mut self, origin: DVec3) {

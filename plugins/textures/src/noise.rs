@@ -7,11 +7,13 @@ use crate::mapping::UvMapping;
 use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::sampling::mix64;
+use bhs_core::spectrum::SampledSpectrum;
+use bhs_core::texture::Texture;
 use glam::DVec2;
 use std::f64::consts::TAU;
 
 /// A sum of octaves of noise, as the parameters of a texture ask for it.
-pub struct Octaves {
+struct Octaves {
     octaves: u32,
     /// What an octave has of the one before.
     roughness: f64,
@@ -21,7 +23,7 @@ pub struct Octaves {
 
 impl Octaves {
     /// Reads the parameters.
-    pub fn read(p: &Params) -> Self {
+    fn read(p: &Params) -> Self {
         let octaves = p.get_in("octaves", 8, 1..=32, "", "how many sizes of noise are added, each half of the one before") as u32;
         let roughness = p.get_in("roughness", 0.5, 0.0..=1.0, "", "strength of each over that of the one before");
         let offset = p.get_in("offset", 0.0, -1e6..=1e6, "", "added to the sum");
@@ -29,7 +31,7 @@ impl Octaves {
     }
 
     /// The sum at a point, of the noise as `of` changes it.
-    pub fn at(&self, at: &Shading, of: impl Fn(f64) -> f64) -> f32 {
+    fn at(&self, at: &Shading, of: impl Fn(f64) -> f64) -> f32 {
         let place = self.mapping.place(at).as_dvec2();
         let mut period = self.mapping.turns();
         let (mut scale, mut strength, mut sum) = (1.0, 1.0, 0.0);
@@ -40,6 +42,29 @@ impl Octaves {
             period = period.map(|p| 2 * p);
         }
         (sum + self.offset) as f32
+    }
+}
+
+/// A texture of such a sum, of the noise as a function changes it.
+pub struct Fractal {
+    octaves: Octaves,
+    of: fn(f64) -> f64,
+}
+
+impl Fractal {
+    /// That which the parameters ask for.
+    pub fn read(p: &Params, of: fn(f64) -> f64) -> Self {
+        Self { octaves: Octaves::read(p), of }
+    }
+}
+
+impl Texture for Fractal {
+    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
+        SampledSpectrum::splat(self.float(at))
+    }
+
+    fn float(&self, at: &Shading) -> f32 {
+        self.octaves.at(at, self.of)
     }
 }
 

@@ -18,28 +18,14 @@
 //! Texture "folds" "float" "wrinkled" "float uscale" 12 "float vscale" 6
 //! ```
 
-use crate::noise::Octaves;
+use crate::noise::Fractal;
 use bhs_core::Plugin;
-use bhs_core::material::Shading;
 use bhs_core::params::Params;
-use bhs_core::spectrum::SampledSpectrum;
 use bhs_core::texture::Texture;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "wrinkled", summary: "fractal noise with sharp folds", build };
 
-struct Noise(Octaves);
-
 fn build(p: &Params) -> Option<Box<dyn Texture>> {
-    Some(Box::new(Noise(Octaves::read(p))))
-}
-
-impl Texture for Noise {
-    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        SampledSpectrum::splat(self.float(at))
-    }
-
-    fn float(&self, at: &Shading) -> f32 {
-        self.0.at(at, f64::abs)
-    }
+    Some(Box::new(Fractal::read(p, f64::abs)))
 }

@@ -6,9 +6,10 @@
 
 use crate::arithmetic::space::Space;
 use bhs_core::dual::Dual;
+use bhs_core::observer::Observer;
 use bhs_core::real::Vector;
-use bhs_core::spacetime::{Inverse, Metric, stationary};
-use glam::{DMat3, DVec3};
+use bhs_core::spacetime::{Inverse, Metric, Normal, stationary};
+use glam::DVec3;
 
 /// A metric, and which way light goes through it.
 #[derive(Clone, Copy, Debug)]
@@ -68,24 +69,18 @@ impl Hamilton<'_> {
         Some(Light { x: x.into(), p: here.momentum(d).into(), t: 0.0 })
     }
 
-    /// The momentum of light of energy 1 at `x` along the chart direction `d`, where nothing can stand still: by the split of the metric whose
-    /// observers do not turn with respect to space, `ds^2 = -alpha^2 dt^2 + h (dx - W dt)(dx - W dt)`.
+    /// The momentum of light of energy 1 at `x` along the unit chart direction `d`, where nothing can stand still: as the observer has it who is
+    /// dragged with space.
     #[cold]
     fn dragged(&self, x: DVec3, d: DVec3) -> Option<DVec3> {
-        let inverse = self.inverse(x);
-        let alpha_squared = -1.0 / inverse.tt.value;
-        let drag = DVec3::from_array(inverse.t.map(|t| -t.value)) * alpha_squared;
-        let [xx, yy, zz, yz, xz, xy] = inverse.space.map(|g| g.value);
-        let space = DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz));
-        let dyad = DMat3::from_cols(drag * drag.x, drag * drag.y, drag * drag.z);
-        let h = (space + dyad * (1.0 / alpha_squared)).inverse();
-        // g_tt, g_ti d^i and g_ij d^i d^j; light along d takes the time t per length for which their polynomial vanishes.
-        let (tt, mixed, along) = (drag.dot(h * drag) - alpha_squared, -drag.dot(h * d), d.dot(h * d));
-        let speed = (mixed * mixed - tt * along).sqrt();
-        let time = if mixed <= 0.0 { along / (speed - mixed) } else { -(mixed + speed) / tt };
-        let velocity = d / speed;
-        let p = h * (velocity - drag * (time / speed));
-        (alpha_squared > 0.0 && speed > 0.0 && time > 0.0 && p.is_finite()).then_some(p)
+        let mut here = Normal::of_metric(self.metric, x)?;
+        // Who looks along `d` sees light that moves against it, in a space that is dragged the other way.
+        if !self.backward {
+            here.drag = -here.drag;
+        }
+        let observer = Observer::dragged(&here);
+        let p = here.root.apply(observer.local_direction(d)) / observer.ratio(d);
+        (observer.bundle_area_factor(d) > 0.0 && p.is_finite() && observer.ratio(d) > 0.0).then_some(p)
     }
 
     /// The derivative by the affine parameter.

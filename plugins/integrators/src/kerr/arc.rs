@@ -4,15 +4,10 @@ use crate::arithmetic::polynomial::value;
 use crate::kerr::orbit::{Hole, Orbit, turned, turning};
 use crate::kerr::series::Series;
 use crate::tracing::arc::Arc;
-use bhs_core::real::{Mask, Real, Vector};
+use crate::tracing::parts::{BETWEEN, PARTS, longest, touched};
+use bhs_core::real::{Real, Vector};
 use bhs_core::spacetime::Oblate;
 use glam::DVec3;
-
-/// Parts of a curve whose curvature is looked at separately.
-const CELLS: usize = 4;
-
-/// How much more curved than at its ends a part may be in between.
-const BETWEEN: f64 = 1.2;
 
 /// Longest leap through free space, in the parameter: about an angle (rad).
 const LONGEST_LEAP: f64 = 0.8;
@@ -29,9 +24,9 @@ pub struct TwistedArc<F: Real> {
     start: F,
     end: F,
     /// Of each part, how far a chord may stray over the square of its length of parameter (scene units).
-    bend: [F; CELLS],
-    /// Parts per parameter; 0 of a step of no length.
-    per_part: F,
+    bend: [F; PARTS],
+    /// 1 over the length; 0 of a step of no length.
+    per_length: F,
 }
 
 impl<F: Real> TwistedArc<F> {
@@ -40,11 +35,11 @@ impl<F: Real> TwistedArc<F> {
     pub fn new(hole: &Hole, orbit: &Orbit<F>, series: Series<F>, (start, length): (F, F)) -> Self {
         let c = F::splat;
         let zero = c(0.0);
-        let per_part = F::select(length.gt(zero), c(CELLS as f64) / length, zero);
-        let mut arc = Self { hole: *hole, orbit: *orbit, series, start, end: start + length, bend: [zero; CELLS], per_part };
+        let per_length = F::select(length.gt(zero), c(1.0) / length, zero);
+        let mut arc = Self { hole: *hole, orbit: *orbit, series, start, end: start + length, bend: [zero; PARTS], per_length };
         let mut before = arc.bend_at(zero);
         for (i, bend) in arc.bend.iter_mut().enumerate() {
-            let next = strays(hole, orbit, value(&arc.series.u, length * c((i + 1) as f64 / CELLS as f64)));
+            let next = strays(hole, orbit, value(&arc.series.u, length * c((i + 1) as f64 / PARTS as f64)));
             *bend = before.max(next) * c(BETWEEN);
             before = next;
         }
@@ -60,12 +55,10 @@ impl<F: Real> TwistedArc<F> {
     /// The largest of it between the parameters `a` and `b`.
     #[inline(always)]
     fn largest_bend(&self, a: F, b: F) -> F {
-        let (a, b) = ((a - self.start) * self.per_part, (b - self.start) * self.per_part);
+        let (a, b) = ((a - self.start) * self.per_length, (b - self.start) * self.per_length);
         let mut largest = F::splat(f64::MIN_POSITIVE);
         for (i, bend) in self.bend.iter().enumerate() {
-            // The last part goes on for ever, and so does the first.
-            let touched = (if i == 0 { F::Mask::ALL } else { b.gt(F::splat(i as f64)) })
-                & (if i + 1 == CELLS { F::Mask::ALL } else { a.lt(F::splat((i + 1) as f64)) });
+            let touched = touched(i, a, b);
             largest = F::select(touched, largest.max(*bend), largest);
         }
         largest
@@ -123,11 +116,7 @@ impl<F: Real> Arc<F> for TwistedArc<F> {
 
     #[inline(always)]
     fn stride(&self, from: F, gap: F) -> F {
-        // As if all were as curved as here, if that is so as far as this goes; else as if all were as curved as what is to come.
-        let hopeful = (gap / self.largest_bend(from, from)).sqrt();
-        let bend = self.largest_bend(from, from + hopeful);
-        let careful = (gap / bend).sqrt();
-        F::select((hopeful * hopeful * bend).le(gap * F::splat(1.0 + 1e-9)), hopeful, careful)
+        longest(gap, |h| self.largest_bend(from, from + h))
     }
 
     const LONG: f64 = 0.5;
@@ -187,7 +176,7 @@ impl<F: Real> Arc<F> for TwistedArc<F> {
             start: self.start.lane(i),
             end: self.end.lane(i),
             bend: self.bend.map(|x| x.lane(i)),
-            per_part: self.per_part.lane(i),
+            per_length: self.per_length.lane(i),
         }
     }
 }
@@ -199,6 +188,7 @@ mod tests {
     use crate::tracing::arc::tests::check;
     use crate::tracing::driver::Course;
     use bhs_core::lanes::{LANES, Lanes};
+    use bhs_core::real::Mask;
     use bhs_core::spacetime::{Kerr, Spherical};
 
     const CENTER: DVec3 = DVec3::new(0.1, -0.2, 0.3);

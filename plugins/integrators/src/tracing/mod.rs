@@ -12,6 +12,7 @@ pub mod extent;
 mod leaps;
 pub mod meeting;
 mod packet;
+pub mod parts;
 pub mod places;
 pub mod polynomial_arc;
 mod resolve;

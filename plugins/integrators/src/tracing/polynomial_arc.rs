@@ -1,16 +1,11 @@
 //! Curves that are polynomials: the dense output of one step.
 
 use crate::tracing::arc::Arc;
-use bhs_core::real::{Mask, Real, Vector};
+use crate::tracing::parts::{BETWEEN, PARTS, longest, touched};
+use bhs_core::real::{Real, Vector};
 
 /// Number of coefficients.
 pub const TERMS: usize = 9;
-
-/// Parts of a curve whose curvature is looked at separately.
-const CELLS: usize = 4;
-
-/// How much more curved than where it is looked at a curve may be in between.
-const BETWEEN: f64 = 1.2;
 
 /// `c[0] + c[1] t + c[2] t^2 + ...`, with t from 0 to 1 over the whole step.
 #[derive(Clone, Copy, Debug)]
@@ -21,8 +16,8 @@ pub struct PolynomialArc<F: Real> {
     /// 1 over the length of the step; 0 of a step of no length.
     per_length: F,
     /// Of each part, the largest curvature (1 / scene unit) and the largest square of the speed per t (scene units^2).
-    curvature: [F; CELLS],
-    speed: [F; CELLS],
+    curvature: [F; PARTS],
+    speed: [F; PARTS],
 }
 
 impl<F: Real> PolynomialArc<F> {
@@ -31,10 +26,10 @@ impl<F: Real> PolynomialArc<F> {
     pub fn new(c: [Vector<F>; TERMS], start: F, length: F) -> Self {
         let zero = F::splat(0.0);
         let per_length = F::select(length.gt(zero), F::splat(1.0) / length, zero);
-        let mut arc = Self { c, start, end: start + length, per_length, curvature: [zero; CELLS], speed: [zero; CELLS] };
+        let mut arc = Self { c, start, end: start + length, per_length, curvature: [zero; PARTS], speed: [zero; PARTS] };
         let (mut curvature, mut speed) = arc.bend(zero);
-        for i in 0..CELLS {
-            let (next_curvature, next_speed) = arc.bend(F::splat((i + 1) as f64 / CELLS as f64));
+        for i in 0..PARTS {
+            let (next_curvature, next_speed) = arc.bend(F::splat((i + 1) as f64 / PARTS as f64));
             arc.curvature[i] = curvature.max(next_curvature) * F::splat(BETWEEN);
             arc.speed[i] = speed.max(next_speed) * F::splat(BETWEEN);
             (curvature, speed) = (next_curvature, next_speed);
@@ -96,11 +91,8 @@ impl<F: Real> PolynomialArc<F> {
     #[inline(always)]
     fn largest_bend(&self, a: F, b: F) -> F {
         let (mut curvature, mut speed) = (F::splat(0.0), F::splat(0.0));
-        for i in 0..CELLS {
-            let [from, to] = [i, i + 1].map(|i| F::splat(i as f64 / CELLS as f64));
-            // The last cell goes on for ever, and so does the first.
-            let touched =
-                (if i == 0 { F::Mask::ALL } else { b.gt(from) }) & (if i + 1 == CELLS { F::Mask::ALL } else { a.lt(to) });
+        for i in 0..PARTS {
+            let touched = touched(i, a, b);
             curvature = F::select(touched, curvature.max(self.curvature[i]), curvature);
             speed = F::select(touched, speed.max(self.speed[i]), speed);
         }
@@ -158,11 +150,7 @@ impl<F: Real> Arc<F> for PolynomialArc<F> {
     fn stride(&self, from: F, gap: F) -> F {
         let a = self.share(from);
         let eight = F::splat(8.0) * gap;
-        // As if all were as curved as here, if that is so as far as this goes; else as if all were as curved as what is to come.
-        let hopeful = (eight / self.largest_bend(a, a)).sqrt();
-        let bend = self.largest_bend(a, a + hopeful);
-        let careful = (eight / bend).sqrt();
-        let stride = F::select((hopeful * hopeful * bend).le(eight * F::splat(1.0 + 1e-9)), hopeful, careful);
+        let stride = longest(eight, |h| self.largest_bend(a, a + h));
         // No more than rounding of the step's length if it has none.
         stride / self.per_length.max(F::splat(f64::MIN_POSITIVE))
     }
