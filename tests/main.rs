@@ -36,6 +36,7 @@ mod offsets;
 mod optics;
 mod outputs;
 mod outside;
+mod pages;
 mod pbrt_facts;
 mod point_light;
 mod redshift;
