@@ -1,4 +1,4 @@
-"""What setup.py and meshes.py share: paths, messages, running programs, wheels from PyPI, one set-up at a time."""
+"""What setup.py, meshes.py and oidn.py share: paths, messages, running programs, wheels from PyPI, one set-up at a time."""
 
 import fcntl
 import importlib.util

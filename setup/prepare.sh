@@ -63,3 +63,18 @@ prepare_meshes() {
     done
     [ -z "$wanted" ] || setup_python "$root/setup/meshes.py" "$@"
 }
+
+# The arguments are --if-there-is-one, or a command line of bhs: fetches Open Image Denoise if they denoise a picture.
+prepare_denoiser() {
+    version=$(sed -n 's/^pyoidn==\([0-9.]*\).*/\1/p' "$root/setup/oidn.txt")
+    [ ! -d "$root/.deps/oidn-$version" ] || return 0
+    wanted=
+    for argument; do
+        case $argument in
+        denoise | --denoise | --if-there-is-one) wanted=yes ;;
+        # Who only asks what there is waits for nothing.
+        -h | --help) return 0 ;;
+        esac
+    done
+    [ -z "$wanted" ] || setup_python "$root/setup/oidn.py" "$@"
+}

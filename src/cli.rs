@@ -84,6 +84,8 @@ pub enum Command {
     Trace(TraceArgs),
     /// Measure integrators and light transports on a scene: time against error
     Bench(BenchArgs),
+    /// Take the noise out of an EXR picture that has the layers `albedo` and `normal`
+    Denoise(DenoiseArgs),
     /// Compare two EXR pictures
     Compare {
         /// The picture
@@ -283,6 +285,26 @@ pub struct BenchArgs {
     /// Numbers for the scene's variables
     #[command(flatten)]
     pub definitions: Definitions,
+}
+
+/// `bhs denoise`
+#[derive(Args, Debug)]
+pub struct DenoiseArgs {
+    /// The picture, rendered with `--aov albedo --aov normal`
+    #[arg(value_name = "IN.exr")]
+    pub picture: PathBuf,
+    /// EXR file to write; the PNG stands beside it
+    #[arg(short, long, value_name = "OUT.exr")]
+    pub output: PathBuf,
+    /// Threads; all processors if not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Replace no file: end before denoising if one of the outputs is there
+    #[arg(long)]
+    pub no_overwrite: bool,
+    /// No closing words
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 fn frames_per_second(text: &str) -> Result<f64, String> {

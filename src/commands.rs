@@ -16,6 +16,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 mod bench;
+mod denoise;
 mod frames;
 mod outputs;
 mod picture;
@@ -24,6 +25,7 @@ mod replay;
 mod trace;
 
 pub use bench::bench;
+pub use denoise::denoise;
 use outputs::{Naming, Outputs};
 pub use render::render;
 pub use trace::trace;

@@ -74,6 +74,46 @@ pub fn single_precision(value: f64) -> f32 {
     if value.is_nan() { 0.0 } else { value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 }
 }
 
+/// What the header of an EXR file says besides what its pixels say.
+#[derive(Clone, Debug)]
+pub struct ExrHeader {
+    image: exr::meta::header::ImageAttributes,
+    layer: exr::meta::header::LayerAttributes,
+}
+
+impl ExrHeader {
+    /// The same with an attribute.
+    pub fn with_text(mut self, name: &str, text: &str) -> Self {
+        self.layer.other.insert(name.into(), AttributeValue::Text(text.into()));
+        self
+    }
+}
+
+/// An EXR file of one part, as it is read in order to be written with other pixels.
+pub struct ExrFile {
+    /// Its channels.
+    pub picture: Picture,
+    /// Its header.
+    pub header: ExrHeader,
+}
+
+impl ExrFile {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// If there is no such file, or it is not a flat EXR picture of one part.
+    pub fn read(path: &Path) -> Result<Self> {
+        let picture = Picture::read_exr(path)?;
+        let meta = exr::meta::MetaData::read_from_file(path, false)?;
+        let [header] = &meta.headers[..] else {
+            let parts = meta.headers.len();
+            bail!("`{}` has {parts} parts; save the one that holds the picture as a file of its own", path.display());
+        };
+        let (image, layer) = (header.shared_attributes.clone(), header.own_attributes.clone());
+        Ok(Self { picture, header: ExrHeader { image, layer } })
+    }
+}
+
 impl Picture {
     /// Whether it has the same channels, pixels and place in its frame as another one; in whatever order the channels are.
     pub fn same_channels(&self, other: &Self) -> bool {
@@ -95,34 +135,81 @@ impl Picture {
         &self.data[(y * self.size[0] + x) * n..][..n]
     }
 
+    /// The pixels, row by row from the top.
+    pub fn pixels(&self) -> impl Iterator<Item = &[f32]> {
+        self.data.chunks_exact(self.channels.len())
+    }
+
+    /// The numbers of the channels of these names; `None` if one is not there.
+    pub fn find<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
+        self.find_by(names, |channel, name| channel == name)
+    }
+
+    /// The same whatever the case of letters.
+    pub fn find_ignoring_case<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
+        self.find_by(names, |channel, name| channel.eq_ignore_ascii_case(name))
+    }
+
+    fn find_by<const N: usize>(&self, names: [&str; N], is: impl Fn(&str, &str) -> bool) -> Option<[usize; N]> {
+        let found = names.map(|name| self.channels.iter().position(|channel| is(channel, name)));
+        found.iter().all(Option::is_some).then(|| found.map(Option::unwrap_or_default))
+    }
+
+    /// Writes what `of` makes of some channels of each pixel to `into`.
+    pub fn extract<const N: usize>(&self, channels: [usize; N], into: &mut [f32], of: impl Fn(f32) -> f32) {
+        for (pixel, into) in self.pixels().zip(into.chunks_exact_mut(N)) {
+            into.iter_mut().zip(channels).for_each(|(into, c)| *into = of(pixel[c]));
+        }
+    }
+
+    /// The same picture with further channels, which `of` finds for each pixel.
+    pub fn with_channels(self, names: &[&str], mut of: impl FnMut(&[f32], &mut Vec<f32>)) -> Self {
+        let mut data = Vec::with_capacity(self.size[0] * self.size[1] * (self.channels.len() + names.len()));
+        for pixel in self.pixels() {
+            data.extend_from_slice(pixel);
+            of(pixel, &mut data);
+        }
+        let channels = self.channels.into_iter().chain(names.iter().map(|name| (*name).to_owned())).collect();
+        Self { channels, data, ..self }
+    }
+
     /// Writes the picture as 32-bit EXR.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn write_exr(&self, to: impl Write + std::io::Seek, attributes: &[(String, Attribute)]) -> Result<()> {
+        let layer_attributes = exrs::LayerAttributes {
+            layer_position: exrs::Vec2(self.frame.offset[0] as i32, self.frame.offset[1] as i32),
+            software_name: Some(concat!("bhs ", env!("CARGO_PKG_VERSION")).into()),
+            ..Default::default()
+        };
+        let mut image = exrs::Image::from_layer(self.exr_layer(layer_attributes));
+        image.attributes.display_window =
+            exrs::IntegerBounds::from_dimensions(exrs::Vec2(self.frame.size[0], self.frame.size[1]));
+        for (name, value) in attributes {
+            value.put_into(&mut image, name);
+        }
+        write_image(&image, to)
+    }
+
+    /// The same with the header of another file of the same size.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_exr_like(&self, to: impl Write + std::io::Seek, header: &ExrHeader) -> Result<()> {
+        let mut image = exrs::Image::from_layer(self.exr_layer(header.layer.clone()));
+        image.attributes = header.image.clone();
+        write_image(&image, to)
+    }
+
+    fn exr_layer(&self, attributes: exrs::LayerAttributes) -> exrs::Layer<exrs::AnyChannels<exrs::FlatSamples>> {
         let n = self.channels.len();
         let channels = self.channels.iter().enumerate().map(|(c, name)| {
             let samples = self.data.iter().skip(c).step_by(n).copied().collect();
             exrs::AnyChannel::new(name.as_str(), exrs::FlatSamples::F32(samples))
         });
         let channels = exrs::AnyChannels::sort(channels.collect());
-        let layer_attributes = exrs::LayerAttributes {
-            layer_position: exrs::Vec2(self.frame.offset[0] as i32, self.frame.offset[1] as i32),
-            software_name: Some(concat!("bhs ", env!("CARGO_PKG_VERSION")).into()),
-            ..Default::default()
-        };
-        let size = exrs::Vec2(self.size[0], self.size[1]);
-        let layer = exrs::Layer::new(size, layer_attributes, exrs::Encoding::SMALL_LOSSLESS, channels);
-        let mut image = exrs::Image::from_layer(layer);
-        image.attributes.display_window =
-            exrs::IntegerBounds::from_dimensions(exrs::Vec2(self.frame.size[0], self.frame.size[1]));
-        for (name, value) in attributes {
-            value.put_into(&mut image, name);
-        }
-        // One thread, so that the bytes do not depend on how many there are.
-        use exrs::WritableImage;
-        image.write().non_parallel().to_buffered(to)?;
-        Ok(())
+        exrs::Layer::new(exrs::Vec2(self.size[0], self.size[1]), attributes, exrs::Encoding::SMALL_LOSSLESS, channels)
     }
 
     /// Reads an EXR file as pictures for textures and skies are read: with all channels of the part that holds the colours.
@@ -152,6 +239,16 @@ impl Picture {
             .collect();
         write_png(to, self.size, &bytes)
     }
+}
+
+/// Writes an EXR file, by one thread, so that the bytes do not depend on how many there are.
+fn write_image(
+    image: &exrs::Image<exrs::Layer<exrs::AnyChannels<exrs::FlatSamples>>>,
+    to: impl Write + std::io::Seek,
+) -> Result<()> {
+    use exrs::WritableImage;
+    image.write().non_parallel().to_buffered(to)?;
+    Ok(())
 }
 
 /// Writes an 8-bit sRGB picture as PNG; `bytes` are red, green and blue, row by row from the top.

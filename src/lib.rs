@@ -12,6 +12,7 @@ pub mod checkpoint;
 pub mod cli;
 pub mod commands;
 pub mod compare;
+pub mod denoise;
 pub mod false_color;
 pub mod files;
 pub mod film;

@@ -33,6 +33,7 @@ fn run(cli: &Cli) -> Result<ExitStatus> {
         Command::Plugins { kind, name, json } => commands::plugins(kind.as_deref(), name.as_deref(), *json),
         Command::Trace(args) => commands::trace(args, common),
         Command::Bench(args) => commands::bench(args, common),
+        Command::Denoise(args) => commands::denoise(args, common),
         Command::Compare { a, b, json } => commands::compare(a, b, *json, common),
     }
 }

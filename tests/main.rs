@@ -14,6 +14,7 @@ mod contact;
 mod coplanar;
 mod corpus;
 mod curved;
+mod denoise;
 mod diagnostics;
 mod diagnostics_look;
 mod discs;

@@ -51,10 +51,11 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 }
 
 #[test]
-fn unsafe_code_stands_in_one_file() {
+fn unsafe_code_stands_in_two_files() {
     let unsafe_files: Vec<String> =
         all_rust_files().into_iter().filter(|f| words(&without_comments(&read(f))).any(|w| w == concat!("un", "safe"))).collect();
-    assert_eq!(unsafe_files, ["plugins/intersectors/src/embree.rs"]);
+    // Each is the only one that speaks to a foreign library.
+    assert_eq!(unsafe_files, ["src/denoise/oidn.rs", "plugins/intersectors/src/embree.rs"]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Intel's Embree 4 through embree4-sys: the fast intersector, and the only file of the project with unsafe code.
+//! Intel's Embree 4 through embree4-sys: the fast intersector, and one of the two files of the project with unsafe code.
 //!
 //! Embree works in single precision. Segments are therefore brought near the scene and to a sensible length first, and the
 //! parameter of a triangle's hit is good to some 1e-7 of the coordinates; analytic surfaces see the segment itself, in

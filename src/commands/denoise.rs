@@ -1,0 +1,81 @@
+//! `bhs denoise`: a picture without its noise.
+
+use super::{Common, ExitStatus, show};
+use crate::cli::DenoiseArgs;
+use crate::denoise::{self, Denoiser};
+use crate::image::ExrFile;
+use crate::memory;
+use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
+use crate::say;
+use anyhow::{Context, Result};
+use bhs_colour::srgb_encode;
+use bhs_core::diagnostics::Diagnostic;
+use std::path::Path;
+use std::time::Instant;
+
+/// `bhs denoise`
+///
+/// # Errors
+/// If the picture cannot be read or denoised, or the result not be written.
+pub fn denoise(args: &DenoiseArgs, common: &Common) -> Result<ExitStatus> {
+    let start = Instant::now();
+    common.open(&args.picture)?;
+    let mut sources = common.sources();
+    sources.add_input(&args.picture, "the picture that is denoised");
+    // Whether the result can be kept is found out before it is made.
+    let mut plan = Plan::new(&sources);
+    let outputs = outputs(args, &mut plan);
+    if let Err(found) = plan.finish() {
+        show(&found, &sources, common.color);
+        return Ok(ExitStatus::Fault);
+    }
+    let Some([png, exr]) = outputs else { return Ok(ExitStatus::Fault) };
+    [&png, &exr].into_iter().try_for_each(OutputFile::probe)?;
+
+    let shown = || format!("cannot denoise `{}`", args.picture.display());
+    let ExrFile { picture, header } = ExrFile::read(&args.picture)?;
+    denoise::check(&picture).with_context(shown)?;
+    let denoiser = Denoiser::load(args.threads)?;
+    memory::require("the denoiser", denoise::bytes((picture.size[0] * picture.size[1]) as u64)).with_context(shown)?;
+    let was_denoised = picture.find(denoise::NOISY).is_some();
+    if was_denoised && !args.quiet {
+        say!("`{}` has been denoised before: its layer `noisy` is denoised anew", args.picture.display());
+    }
+    let picture = denoiser.denoise(&picture).with_context(shown)?;
+    let header = header.with_text("bhs:denoised", &denoiser.name());
+
+    let colors = picture.find(denoise::COLORS).unwrap_or_default();
+    let mut set = OutputSet::new();
+    set.add(png, |to| picture.write_png(to, |pixel| colors.map(|c| srgb_encode(pixel[c].clamp(0.0, 1.0)))));
+    set.add(exr, |to| picture.write_exr_like(to, &header));
+    let kept = set.write(&Rescue::beside(&args.picture, common.root.as_ref()));
+    if kept != Kept::InPlace {
+        return Ok(ExitStatus::Fault);
+    }
+    if !args.quiet {
+        say!("{} and .png: denoised in {:.1} s", args.output.display(), start.elapsed().as_secs_f64());
+    }
+    Ok(ExitStatus::Done)
+}
+
+/// The PNG and the EXR file; `None` if `plan` says what is wrong with them.
+fn outputs(args: &DenoiseArgs, plan: &mut Plan) -> Option<[OutputFile; 2]> {
+    let exr: &Path = &args.output;
+    if exr.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+        let message = format!("cannot write `{}`: the output's name ends in .exr", exr.display());
+        plan.refuse(Diagnostic::error("output-not-exr", message).help("a .png is written beside it"));
+        return None;
+    }
+    let png = exr.with_extension("png");
+    let claimed = [png.as_path(), exr].map(|path| {
+        if args.no_overwrite && std::fs::symlink_metadata(path).is_ok() {
+            let message = format!("`{}` is there already, and --no-overwrite is given", path.display());
+            plan.refuse(Diagnostic::error("would-overwrite", message));
+            return None;
+        }
+        let file = plan.claim(path, NamedBy::CommandLine)?;
+        Some(if args.no_overwrite { file.never_replacing() } else { file })
+    });
+    let [png, exr] = claimed;
+    Some([png?, exr?])
+}

@@ -1,0 +1,208 @@
+//! Pictures lose their noise and nothing else. What needs Open Image Denoise says that it is skipped where there is none; `./test` fetches it.
+
+use crate::common::program::{Folder, SMALL};
+use bhs::denoise::{Denoiser, NOISY};
+use bhs::image::{Attribute, Frame, Picture};
+use std::path::Path;
+
+/// The library, if there is one.
+fn library() -> Option<Denoiser> {
+    Denoiser::load(Some(2)).inspect_err(|missing| eprintln!("skipped: {missing}")).ok()
+}
+
+/// A picture of 48 x 40 pixels with the layers of the filter: `color` of column and row, with noise that has no mean.
+fn picture(noise: f32, color: impl Fn(usize, usize) -> [f32; 3]) -> Picture {
+    let size = [48, 40];
+    let channels = ["R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "depth"].map(str::to_owned).to_vec();
+    let mut state = 1u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32 - 0.5
+    };
+    let mut data = Vec::new();
+    for i in 0..size[0] * size[1] {
+        let (x, y) = (i % size[0], i / size[0]);
+        let factor = 1.0 + noise * random();
+        let albedo = if x < 24 { [0.8, 0.2, 0.1] } else { [0.3, 0.3, 0.7] };
+        data.extend(color(x, y).map(|v| v * factor).into_iter().chain(albedo).chain([0.0, 0.0, 1.0]).chain([x as f32 + 1e-7]));
+    }
+    Picture { size, frame: Frame { offset: [3, 5], size: [64, 64] }, channels, data }
+}
+
+/// Two flat colours side by side.
+fn halves(x: usize, _: usize) -> [f32; 3] {
+    if x < 24 { [1.6, 0.4, 0.2] } else { [0.6, 0.6, 1.4] }
+}
+
+fn write(picture: &Picture, path: &Path) {
+    let attributes =
+        [("bhs:test".to_owned(), Attribute::Text("kept".into())), ("comments".to_owned(), Attribute::Text("mine".into()))];
+    let file = std::fs::File::create(path).expect("writable");
+    picture.write_exr(std::io::BufWriter::new(file), &attributes).expect("writable");
+}
+
+fn channel(picture: &Picture, name: &str) -> Vec<f32> {
+    let [c] = picture.find([name]).unwrap_or_else(|| panic!("no channel {name}: {:?}", picture.channels));
+    picture.pixels().map(|pixel| pixel[c]).collect()
+}
+
+/// Mean square of the difference to what `color` says.
+fn error(picture: &Picture, color: impl Fn(usize, usize) -> [f32; 3]) -> f64 {
+    let channels = picture.find(["R", "G", "B"]).expect("colours");
+    let square = |(i, pixel): (usize, &[f32])| {
+        let right = color(i % picture.size[0], i / picture.size[0]);
+        (0..3).map(|c| f64::from(pixel[channels[c]] - right[c]).powi(2)).sum::<f64>()
+    };
+    picture.pixels().enumerate().map(square).sum::<f64>() / (picture.size[0] * picture.size[1]) as f64
+}
+
+#[test]
+fn without_the_library_it_is_said_how_to_get_it() {
+    let folder = Folder::new("");
+    write(&picture(0.5, halves), &folder.at("in.exr"));
+    let before = folder.contents();
+    let run = folder.shell("BHS_OIDN_DIR=$PWD/nothing $BHS denoise in.exr -o out.exr");
+    assert_eq!(run.code, 1, "{}", run.err);
+    assert!(run.err.contains("nothing/libOpenImageDenoise") && run.err.contains("BHS_OIDN_DIR"), "{}", run.err);
+    // Something else of that name.
+    for name in ["libOpenImageDenoise.so.2", "libOpenImageDenoise.2.dylib"] {
+        folder.write(&format!("other/{name}"), "no library");
+    }
+    let run = folder.shell("BHS_OIDN_DIR=$PWD/other $BHS denoise in.exr -o out.exr");
+    assert_eq!(run.code, 1, "{}", run.err);
+    std::fs::remove_dir_all(folder.at("other")).expect("it is there");
+    assert!(folder.contents() == before, "{:?}", folder.files());
+}
+
+#[test]
+fn what_cannot_be_denoised_is_refused_and_nothing_is_written() {
+    let folder = Folder::new(SMALL);
+    let full = picture(0.5, halves);
+    write(&full, &folder.at("in.exr"));
+    folder.write("there.png", "somebody's");
+    folder.write("text.exr", "no picture");
+    for layers in [&["--aov", "normal"][..], &["--aov", "albedo"], &[]] {
+        let mut args = vec!["render", "scene.bhs", "--quiet", "-o", "part.exr"];
+        args.extend(layers);
+        assert_eq!(folder.run(&args).code, 0);
+        let run = folder.run(&["denoise", "part.exr", "-o", "out.exr"]);
+        assert_eq!(run.code, 1, "{}", run.err);
+        for name in ["albedo", "normal"] {
+            let is_missing = !layers.contains(&name);
+            assert_eq!(run.err.contains(&format!("--aov {name}")), is_missing, "{layers:?}: {}", run.err);
+            assert_eq!(run.err.contains(&format!("no layer `{name}`")), is_missing, "{layers:?}: {}", run.err);
+        }
+    }
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("in.exr", folder.at("link.exr")).expect("links");
+    let before = folder.contents();
+    let refused = |args: &[&str], code: i32, word: &str| {
+        let run = folder.run(&[&["denoise"], args].concat());
+        assert_eq!(run.code, code, "{args:?}: {}", run.err);
+        assert!(run.err.contains(word), "{args:?}: {}", run.err);
+        assert!(folder.contents() == before, "{args:?}: {:?}", folder.files());
+    };
+    refused(&["in.exr"], 2, "--output");
+    refused(&["in.exr", "-o", "in.exr"], 1, "which is the picture that is denoised");
+    refused(&["in.exr", "-o", "././in.exr"], 1, "cannot write");
+    #[cfg(unix)]
+    refused(&["in.exr", "-o", "link.exr"], 1, "which is the picture that is denoised");
+    refused(&["in.exr", "-o", "out.png"], 1, "ends in .exr");
+    refused(&["in.exr", "-o", "there.exr", "--no-overwrite"], 1, "`there.png` is there already");
+    refused(&["in.exr", "-o", "nowhere/out.exr"], 1, "nowhere");
+    refused(&["gone.exr", "-o", "out.exr"], 1, "gone.exr");
+    refused(&["text.exr", "-o", "out.exr"], 1, "text.exr");
+    refused(&["scene.bhs", "-o", "out.exr"], 1, "scene.bhs");
+}
+
+#[test]
+fn noise_goes_and_all_else_stays() {
+    let Some(_) = library() else { return };
+    let folder = Folder::new("");
+    let noisy = picture(1.0, halves);
+    write(&noisy, &folder.at("in.exr"));
+    let run = folder.run(&["denoise", "in.exr", "-o", "out.exr", "--threads", "1"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(run.err.starts_with("out.exr and .png: denoised in ") && run.err.lines().count() == 1, "{}", run.err);
+    assert_eq!(folder.files(), ["in.exr", "out.exr", "out.png", "scene.bhs"]);
+    let result = Picture::read_exr(&folder.at("out.exr")).expect("a picture");
+    assert_eq!((result.size, result.frame), (noisy.size, noisy.frame));
+    let [before, after] = [&noisy, &result].map(|picture| error(picture, halves));
+    assert!(after < before / 50.0, "{before} {after}");
+    let others = noisy.channels[3..].iter().map(|name| (&**name, &**name));
+    for (kept, of) in NOISY.into_iter().zip(["R", "G", "B"]).chain(others) {
+        let bits = |picture, name| channel(picture, name).into_iter().map(f32::to_bits).collect::<Vec<_>>();
+        assert_eq!(bits(&result, kept), bits(&noisy, of), "{kept}");
+    }
+    let header = String::from_utf8_lossy(&folder.read("out.exr")).into_owned();
+    for word in ["bhs:test", "kept", "mine", "bhs:denoised", "Open Image Denoise 2."] {
+        assert!(header.contains(word), "{word}");
+    }
+    // With other threads, and from what has been denoised: the same.
+    for (args, from) in [(&["--threads", "3"][..], "in.exr"), (&[], "out.exr")] {
+        let run = folder.run(&[&["denoise", from, "-o", "again.exr"], args].concat());
+        assert_eq!(run.code, 0, "{}", run.err);
+        assert_eq!(run.err.contains("denoised before"), from == "out.exr", "{}", run.err);
+        let again = Picture::read_exr(&folder.at("again.exr")).expect("a picture");
+        assert!(again.same_channels(&result), "{from} {args:?}");
+        assert_eq!(folder.read("again.png"), folder.read("out.png"));
+    }
+}
+
+#[test]
+fn numbers_that_are_none_harm_no_other() {
+    let Some(denoiser) = library() else { return };
+    let clean = picture(0.0, halves);
+    let mut holes = clean.clone();
+    let stride = holes.channels.len();
+    for (pixel, value) in [(100, f32::NAN), (500, f32::INFINITY), (501, f32::NEG_INFINITY), (900, f32::MAX)] {
+        holes.data[pixel * stride..][..9].fill(value);
+    }
+    let denoised = denoiser.denoise(&holes).expect("denoised");
+    let wrong = error(&denoised, halves);
+    assert!(wrong < 0.005, "{wrong}");
+    let [c] = denoised.find(["noisy.R"]).expect("kept");
+    assert!(denoised.data[100 * denoised.channels.len() + c].is_nan(), "the noisy picture is what it was");
+    // Nothing but such numbers; and pictures of no size worth speaking of.
+    holes.data.fill(f32::NAN);
+    let nothing = denoiser.denoise(&holes).expect("denoised");
+    assert!(["R", "G", "B"].iter().all(|name| channel(&nothing, name).iter().all(|v| *v == 0.0)));
+    for size in [[1, 1], [1, 7], [16, 16], [17, 3]] {
+        let mut data = clean.data[..size[0] * size[1] * stride].to_vec();
+        data.iter_mut().for_each(|v| *v += 0.1);
+        let frame = Frame { offset: [0, 0], size };
+        let small = Picture { size, frame, channels: clean.channels.clone(), data };
+        let result = denoiser.denoise(&small).expect("denoised");
+        assert!(result.data.iter().all(|v| v.is_finite()), "{size:?}");
+    }
+}
+
+#[test]
+fn light_is_not_clamped() {
+    let Some(denoiser) = library() else { return };
+    // Very bright, and of a colour outside of sRGB, in the mean of samples of both signs.
+    let color = |_: usize, _: usize| [3000.0, 900.0, -200.0];
+    let noisy = picture(1.5, color);
+    let denoised = denoiser.denoise(&noisy).expect("denoised");
+    for name in ["R", "G", "B"] {
+        let mean = |picture| channel(picture, name).iter().map(|v| f64::from(*v)).sum::<f64>();
+        let ratio = mean(&denoised) / mean(&noisy);
+        // The filter is no exact mean; clamped, nothing would be left.
+        assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio}");
+    }
+}
+
+#[test]
+fn stars_stay_points() {
+    let Some(denoiser) = library() else { return };
+    let at = 20 * 48 + 20;
+    let mut starry = picture(0.3, |_, _| [0.02; 3]);
+    starry = starry.with_channels(&bhs::denoise::STARS, |_, into| into.extend([0.0; 3]));
+    let stride = starry.channels.len();
+    let star = &mut starry.data[at * stride..][..stride];
+    (0..3).for_each(|c| star[c] += 5.0);
+    star[stride - 3..].fill(5.0);
+    let denoised = denoiser.denoise(&starry).expect("denoised");
+    let [with, beside] = [at, at + 1].map(|pixel| channel(&denoised, "G")[pixel]);
+    assert!((with - 5.02).abs() < 0.01 && (beside - 0.02).abs() < 0.01, "{with} {beside}");
+}
