@@ -1,5 +1,11 @@
 //! The command line: what can be typed.
 
+mod show;
+mod watch;
+
+pub use show::ShowArgs;
+pub use watch::WatchArgs;
+
 use crate::animation::FrameRange;
 use crate::animation::preview::Format;
 use crate::lang::variables::FRAMES_PER_SECOND;
@@ -51,6 +57,8 @@ impl Color {
 pub enum Command {
     /// Render a scene to an EXR file and a PNG beside it
     Render(Box<RenderArgs>),
+    /// Render a scene anew whenever it, or anything that it reads, is saved: coarse first, to NAME.watch.png, until Ctrl-C
+    Watch(Box<WatchArgs>),
     /// Parse and build a scene without rendering it; exit 1 on errors
     Check {
         /// The scene; `-` reads standard input
@@ -182,9 +190,12 @@ pub struct RenderArgs {
     /// Replace no file: end before rendering if one of the outputs is there
     #[arg(long)]
     pub no_overwrite: bool,
-    /// No progress bar and no closing words
+    /// No progress and no closing words
     #[arg(long)]
     pub quiet: bool,
+    /// What is shown meanwhile
+    #[command(flatten)]
+    pub show: ShowArgs,
     /// Write what it took as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,

@@ -23,12 +23,14 @@ mod picture;
 mod render;
 mod replay;
 mod trace;
+mod watch;
 
 pub use bench::bench;
 pub use denoise::denoise;
 use outputs::{Naming, Outputs};
-pub use render::render;
+pub use render::{render, start};
 pub use trace::trace;
+pub use watch::watch;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +48,17 @@ pub enum ExitStatus {
     Interrupted = 130,
     /// Told to end; what was rendered is written.
     Terminated = 143,
+}
+
+impl ExitStatus {
+    /// One word for it, for programs.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Fault | Self::CommandLine => "failed",
+            Self::HungUp | Self::Interrupted | Self::Terminated => "stopped",
+        }
+    }
 }
 
 impl From<StopSignal> for ExitStatus {
@@ -122,6 +135,15 @@ fn load_labelled(scene: &Path, overrides: &Overrides, common: &Common) -> Option
     }
 }
 
+/// As many threads as are asked for.
+fn start_threads(threads: Option<u32>) -> Result<rayon::ThreadPool> {
+    let mut pool = rayon::ThreadPoolBuilder::new();
+    if let Some(threads) = threads {
+        pool = pool.num_threads(threads as usize);
+    }
+    pool.build().context("cannot start the threads")
+}
+
 /// Writes to standard output. What is left in its buffer would be lost without a word.
 ///
 /// # Errors
@@ -133,7 +155,8 @@ pub fn print(text: &str) -> Result<()> {
 
 fn show(found: &[Diagnostic], sources: &SourceMap, color: bool) {
     if !found.is_empty() {
-        message::write(format_args!("{}", report::render(found, sources, color)));
+        let objects = || found.iter().map(|d| report::to_json(d, sources)).collect();
+        message::findings(&report::render(found, sources, color), objects);
     }
 }
 

@@ -3,8 +3,10 @@
 //! Pipes and devices are refused, not read: a named pipe without a writer would stop the program for good, and a device may have no end.
 
 mod root;
+mod stamp;
 
 pub use root::Root;
+pub use stamp::Stamp;
 
 use bhs_core::diagnostics::did_you_mean;
 use std::fs::{self, File, FileType, Metadata, OpenOptions};

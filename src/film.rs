@@ -1,5 +1,9 @@
 //! The frame under way: sums and weights of pixels, in tiles that are each worked on by one thread at a time.
 
+mod values;
+
+pub use values::TileValues;
+
 use crate::image::{Frame, Picture, single_precision};
 use crate::layers::LayerPicture;
 use crate::memory::{self, OutOfMemory};

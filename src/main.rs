@@ -21,13 +21,30 @@ fn main() -> ExitCode {
         // Help and version are no errors, whatever clap calls them.
         Err(text) => return status(text.print().map(|()| ExitStatus::Done).context("cannot write to standard output")),
     };
+    let _last_line = LastLine;
     status(run(&cli))
+}
+
+/// Says that it failed, to programs that are told how it ends, if nothing else has: where a panic ends it.
+struct LastLine;
+
+impl Drop for LastLine {
+    fn drop(&mut self) {
+        message::end("failed", 101);
+    }
 }
 
 fn run(cli: &Cli) -> Result<ExitStatus> {
     let common = &Common::of(cli)?;
     match &cli.command {
-        Command::Render(args) => commands::render(args, common, &Signals::listen()),
+        Command::Render(args) => {
+            message::begin(args.show.messages(), commands::start(&args.scene));
+            commands::render(args, common, &Signals::listen())
+        }
+        Command::Watch(args) => {
+            message::begin(args.show.messages(), commands::start(&args.scene));
+            commands::watch(args, common, &Signals::listen())
+        }
         Command::Check { scene, json, definitions } => commands::check(scene, definitions, *json, common),
         Command::Format { scene, write } => commands::format(scene, *write, common),
         Command::Plugins { kind, name, json } => commands::plugins(kind.as_deref(), name.as_deref(), *json),
@@ -40,12 +57,14 @@ fn run(cli: &Cli) -> Result<ExitStatus> {
 
 /// The exit code; says what went wrong.
 fn status(result: Result<ExitStatus>) -> ExitCode {
-    match result {
-        Ok(status) => status.into(),
-        Err(error) if commands::is_closed_pipe(&error) => ExitStatus::Done.into(),
+    let status = match result {
+        Ok(status) => status,
+        Err(error) if commands::is_closed_pipe(&error) => ExitStatus::Done,
         Err(error) => {
             say!("error: {error:#}");
-            ExitStatus::Fault.into()
+            ExitStatus::Fault
         }
-    }
+    };
+    message::end(status.word(), status as u8);
+    status.into()
 }

@@ -1,68 +1,220 @@
-//! The progress bar on standard error: hidden off a terminal and with `--quiet`.
+//! How far a render has come, as standard error shows it: a bar, lines for people, or lines for programs.
+//!
+//! Threads that render count, once a tile and never once a sample; somebody else reads the counts and writes.
 
+mod form;
+mod tally;
+
+pub use form::ProgressForm;
+
+use crate::message;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use serde_json::json;
+use std::sync::Arc;
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+use tally::{Picture, Reached, Tally};
 
-/// Shows how far a render has come. Told once a tile, never once a sample.
+/// Time between two lines for people: at first, and after [`FIRST`].
+const LINES: [Duration; 2] = [Duration::from_secs(3), Duration::from_secs(5)];
+/// How long lines come at first.
+const FIRST: Duration = Duration::from_secs(60);
+/// Time between two lines for programs.
+const EVENTS: Duration = Duration::from_secs(1);
+
+/// Shows how far a render has come.
 pub struct Progress {
-    bar: ProgressBar,
-    rays: AtomicU64,
-    tiles: AtomicU64,
-    start: Instant,
-    /// Which picture of several this is, before everything else.
-    picture: Mutex<String>,
+    tally: Arc<Tally>,
+    shown: Shown,
+}
+
+/// Where it is shown.
+enum Shown {
+    Nowhere,
+    Bar(ProgressBar),
+    /// By a thread of its own, which ends once the sender is gone.
+    Lines(Lines),
+}
+
+/// The thread that writes lines.
+struct Lines {
+    form: ProgressForm,
+    until: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Progress {
-    /// A bar over `samples` pixel samples in all.
-    pub fn new(samples: u64, quiet: bool) -> Self {
-        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let bar = ProgressBar::with_draw_target(Some(samples), target);
-        let style = ProgressStyle::with_template("{prefix} [{wide_bar}] {percent:>3} % {msg}, {elapsed} gone, {eta} left");
-        if let Ok(style) = style {
-            bar.set_style(style.progress_chars("=> "));
+    /// Shows nothing.
+    pub fn hidden() -> Self {
+        Self { tally: Arc::new(Tally::new([0, 1], [0, 1])), shown: Shown::Nowhere }
+    }
+
+    /// Shows how much is done of so many pictures, of so many pixel samples each: `[samples, pictures]`. `of_scenes`: their scene's number
+    /// among several, from 0, and how many there are.
+    pub fn new(pictures: [u64; 2], form: ProgressForm, of_scenes: [u32; 2]) -> Self {
+        let tally = Arc::new(Tally::new(pictures, of_scenes));
+        let shown = match form {
+            ProgressForm::None => Shown::Nowhere,
+            ProgressForm::Tty => Shown::Bar(bar(pictures.iter().product())),
+            ProgressForm::Lines | ProgressForm::Json | ProgressForm::Openjd => {
+                let (until, end) = mpsc::channel();
+                let of_thread = Arc::clone(&tally);
+                let write = move || loop {
+                    if end.recv_timeout(interval(form, of_thread.since())) != Err(RecvTimeoutError::Timeout) {
+                        return;
+                    }
+                    tell(form, &of_thread.reached());
+                };
+                // Without a thread nothing is shown, and the picture is made all the same.
+                let thread = std::thread::Builder::new().name("progress".to_owned()).spawn(write).ok();
+                Shown::Lines(Lines { form, until: Some(until), thread })
+            }
+        };
+        Self { tally, shown }
+    }
+
+    /// The next picture begins: what it is called among others, and where `samples` of all pictures are behind. `time`: what it may take.
+    pub fn picture(&self, name: String, samples: u64, time: Option<Duration>) {
+        if let Shown::Bar(bar) = &self.shown {
+            bar.set_position(samples);
         }
-        bar.enable_steady_tick(Duration::from_millis(200));
-        Self { bar, rays: AtomicU64::new(0), tiles: AtomicU64::new(0), start: Instant::now(), picture: Mutex::default() }
+        if !name.is_empty() {
+            message::openjd("status", name.trim_end_matches([',', ' ']));
+        }
+        self.tally.picture(Picture::new(name, time, samples));
     }
 
-    /// So many samples were there before.
+    /// So many samples of the picture were there before.
     pub fn skip(&self, samples: u64) {
-        self.bar.inc(samples);
-        self.bar.reset_eta();
-    }
-
-    /// The next picture begins, where `samples` of all pictures are behind.
-    pub fn picture(&self, name: String, samples: u64) {
-        *self.picture.lock().unwrap_or_else(PoisonError::into_inner) = name;
-        self.bar.set_position(samples);
+        self.tally.skip(samples);
+        if let Shown::Bar(bar) = &self.shown {
+            bar.inc(samples);
+            bar.reset_eta();
+        }
     }
 
     /// Does something that may write to standard error, without the bar.
     pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
-        self.bar.suspend(work)
+        match &self.shown {
+            Shown::Bar(bar) => bar.suspend(work),
+            _ => work(),
+        }
     }
 
     /// A new wave begins; every pixel has `done` of `total` samples.
     pub fn wave(&self, done: u32, total: u32) {
-        self.tiles.store(0, Ordering::Relaxed);
-        let picture = self.picture.lock().unwrap_or_else(PoisonError::into_inner);
-        self.bar.set_prefix(format!("{picture}{done}/{total} spp"));
+        self.tally.wave(done, total);
+        if let Shown::Bar(bar) = &self.shown {
+            bar.set_prefix(format!("{}{done}/{total} spp", self.tally.reached().name));
+        }
     }
 
     /// A tile is done: so many samples, so many rays.
     pub fn tile(&self, samples: u64, rays: u64) {
-        let tile = self.tiles.fetch_add(1, Ordering::Relaxed) + 1;
-        let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
-        self.bar.inc(samples);
-        let rate = rays as f64 / 1e6 / self.start.elapsed().as_secs_f64().max(1e-9);
-        self.bar.set_message(format!("tile {tile}, {rate:.2} Mray/s"));
+        self.tally.tile(samples, rays);
+        if let Shown::Bar(bar) = &self.shown {
+            bar.inc(samples);
+            bar.set_message(format!("tile {}, {:.2} Mray/s", self.tally.tiles(), self.tally.rate()));
+        }
     }
 
-    /// Takes the bar away.
+    /// A picture is over, with so many samples in every pixel; `whole`: with all that it was to have.
+    pub fn picture_done(&self, spp: u32, whole: bool) {
+        self.tally.picture_done(spp, whole);
+        // Short renders end before the first line is due; programs hear of them all the same.
+        if let Shown::Lines(lines) = &self.shown
+            && lines.form != ProgressForm::Lines
+        {
+            tell(lines.form, &self.tally.reached());
+        }
+    }
+
+    /// Takes the bar away; no more lines come.
     pub fn finish(&self) {
-        self.bar.finish_and_clear();
+        if let Shown::Bar(bar) = &self.shown {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+impl Drop for Lines {
+    fn drop(&mut self) {
+        self.until.take();
+        if let Some(thread) = self.thread.take() {
+            // A thread that has panicked has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn bar(samples: u64) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(samples), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{prefix} [{wide_bar}] {percent:>3} % {msg}, {elapsed} gone, {eta} left");
+    if let Ok(style) = style {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// Time to the next line.
+fn interval(form: ProgressForm, since: Instant) -> Duration {
+    match form {
+        ProgressForm::Lines if since.elapsed() < FIRST => LINES[0],
+        ProgressForm::Lines => LINES[1],
+        _ => EVENTS,
+    }
+}
+
+/// Writes a line.
+fn tell(form: ProgressForm, reached: &Reached) {
+    let Reached { name, percent, of_all, spp: [done, total], elapsed, remaining, rate } = reached;
+    match form {
+        ProgressForm::Lines => {
+            let left = remaining.map_or(String::new(), |left| format!(", {} left", short(left)));
+            let gone = short(*elapsed);
+            crate::say!("progress: {percent:5.1} %, {name}{done}/{total} spp, {rate:.2} Mray/s, {gone} gone{left}");
+        }
+        ProgressForm::Json => message::event(
+            "progress",
+            json!({
+                "percent": (10.0 * of_all).round() / 10.0,
+                "picture": name.trim_end_matches([',', ' ']),
+                "spp": done,
+                "total_spp": total,
+                "elapsed": (1e3 * elapsed).round() / 1e3,
+                "remaining": remaining.map(|left| (1e3 * left).round() / 1e3),
+                "mray_per_second": (1e3 * rate).round() / 1e3,
+            }),
+        ),
+        ProgressForm::Openjd => message::openjd("progress", &format!("{of_all:.1}")),
+        ProgressForm::Tty | ProgressForm::None => {}
+    }
+}
+
+/// A time as people read it.
+fn short(seconds: f64) -> String {
+    let s = seconds.round() as u64;
+    match s {
+        0..60 => format!("{s} s"),
+        60..3600 => format!("{}:{:02} min", s / 60, s % 60),
+        _ => format!("{}:{:02} h", s / 3600, s % 3600 / 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_short() {
+        assert_eq!([0.2, 59.4, 61.0, 3599.0, 7384.0].map(short), ["0 s", "59 s", "1:01 min", "59:59 min", "2:03 h"]);
     }
 }

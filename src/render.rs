@@ -4,10 +4,12 @@
 //! (seed, pixel, index), and for transports that learn on its wave. An interruption ends a wave between samples: the picture so far is
 //! whole, if noisier in places, and a render that is resumed goes on there.
 
+mod coarse;
 mod state;
 pub(crate) mod waves;
 
 pub use crate::job::Job;
+pub use coarse::coarse;
 pub use state::{RenderState, Snapshot};
 pub use waves::{Limits, Wave};
 
@@ -40,7 +42,7 @@ pub fn render_quietly(built: &BuiltScene) -> Rendered {
 /// If there is not enough memory for its frame.
 pub fn try_render_quietly(built: &BuiltScene) -> Result<Rendered, OutOfMemory> {
     let state = RenderState::new(Job::of(built))?;
-    let ended = state.run(&Limits::of(&*built.sampler), &Progress::new(0, true), &Signals::default());
+    let ended = state.run(&Limits::of(&*built.sampler), &Progress::hidden(), &Signals::default());
     Ok(state.rendered(ended))
 }
 

@@ -49,6 +49,8 @@ pub struct Signals {
     save: AtomicBool,
     /// What is to be done before the program ends at once; `None` while there is nothing that a signal could stop.
     cleanup: Mutex<Option<fn()>>,
+    /// Whether the first signal ends it already.
+    at_once: AtomicBool,
 }
 
 impl Signals {
@@ -64,6 +66,18 @@ impl Signals {
     /// From now on the first signal sets [`Signals::stop`], and the next one ends the program at once, after `cleanup`.
     pub fn stop_gracefully(&self, cleanup: fn()) {
         *self.cleanup.lock().unwrap_or_else(PoisonError::into_inner) = Some(cleanup);
+    }
+
+    /// From now on the first signal ends the program at once, after `cleanup`.
+    pub fn end_at_once(&self, cleanup: fn()) {
+        self.at_once.store(true, Ordering::SeqCst);
+        self.stop_gracefully(cleanup);
+    }
+
+    /// Stops the render as an interrupt does.
+    pub fn interrupt(&self) {
+        self.first.store(StopSignal::Interrupt.exit_code(), Ordering::SeqCst);
+        self.stop.store(true, Ordering::SeqCst);
     }
 
     /// Whether the render is to stop.
@@ -85,7 +99,7 @@ impl Signals {
     fn receive(&self, signal: StopSignal) {
         let cleanup = *self.cleanup.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(cleanup) = cleanup {
-            if !self.stop.load(Ordering::SeqCst) {
+            if !self.stop.load(Ordering::SeqCst) && !self.at_once.load(Ordering::SeqCst) {
                 // The reason is there once the flag is.
                 self.first.store(signal.exit_code(), Ordering::SeqCst);
                 self.stop.store(true, Ordering::SeqCst);
@@ -93,6 +107,7 @@ impl Signals {
             }
             cleanup();
         }
+        crate::message::end_at_once("stopped", signal.exit_code());
         system::exit(signal.exit_code());
     }
 

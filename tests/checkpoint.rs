@@ -55,7 +55,7 @@ fn run(built: &BuiltScene, from: Option<&[u8]>, threads: usize, time: Option<Dur
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
     let limits = Limits { time, ..Limits::of(&*built.sampler) };
-    let ended = pool.install(|| state.run(&limits, &Progress::new(0, true), &Signals::default()));
+    let ended = pool.install(|| state.run(&limits, &Progress::hidden(), &Signals::default()));
     let mut saved = Vec::new();
     checkpoint::write(&mut saved, &Identity::of(built), &state).expect("memory can be written");
     (saved, state.rendered(ended))
@@ -106,7 +106,7 @@ fn what_is_saved_while_threads_go_on_is_one_moment() {
         let done = std::sync::atomic::AtomicBool::new(false);
         std::thread::scope(|scope| {
             scope.spawn(|| {
-                pool.install(|| state.run(&Limits::of(&*built.sampler), &Progress::new(0, true), &Signals::default()));
+                pool.install(|| state.run(&Limits::of(&*built.sampler), &Progress::hidden(), &Signals::default()));
                 done.store(true, std::sync::atomic::Ordering::SeqCst);
             });
             while !done.load(std::sync::atomic::Ordering::SeqCst) {

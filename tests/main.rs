@@ -19,6 +19,7 @@ mod diagnostics;
 mod diagnostics_look;
 mod discs;
 mod disk_faults;
+mod display;
 mod editor;
 mod extremes;
 mod films;
@@ -40,6 +41,7 @@ mod outside;
 mod pages;
 mod pbrt_facts;
 mod point_light;
+mod progress;
 mod redshift;
 mod reference;
 mod replacing;
@@ -60,6 +62,7 @@ mod tutorial;
 mod unbiased;
 mod variables;
 mod visible_surface;
+mod watch;
 mod watertight;
 
 /// Names of the Rust files in a folder of the project, without `.rs`.

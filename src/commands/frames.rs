@@ -2,17 +2,18 @@
 
 use super::outputs::{Naming, Outputs, with_infix};
 use super::picture::{Session, samples};
-use super::render::{refuse, threads};
-use super::{Common, ExitStatus, show};
+use super::render::refuse;
+use super::{Common, ExitStatus, show, start_threads};
 use crate::animation::keys::Keys;
 use crate::animation::preview::{self, Format};
 use crate::animation::{FrameRange, Ranges, digits};
 use crate::cli::RenderArgs;
+use crate::display::Display;
 use crate::header;
 use crate::lang::source::FileCache;
 use crate::lang::{self, BuiltScene, FrameCheck, Overrides, SourceMap, Variables};
 use crate::output::{self, Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
-use crate::progress::Progress;
+use crate::progress::{Progress, ProgressForm};
 use crate::registry::Registry;
 use crate::render::Ended;
 use crate::signals::Signals;
@@ -35,6 +36,8 @@ pub(super) struct Film<'a> {
     pub signals: &'a Signals,
     /// What frames make of the files that they share.
     pub cache: Arc<FileCache>,
+    /// Shows the pictures meanwhile.
+    pub display: Option<&'a Display>,
 }
 
 /// What is written of one frame.
@@ -52,7 +55,7 @@ struct Reel {
 }
 
 /// What is wrong, with the texts that it is about.
-type Faults = (Vec<Diagnostic>, SourceMap);
+pub(super) type Faults = (Vec<Diagnostic>, SourceMap);
 
 /// Renders all frames.
 ///
@@ -105,16 +108,23 @@ pub(super) fn render(film: &Film) -> Result<ExitStatus> {
     Ok(status)
 }
 
+/// The keys in a file, or what is wrong with them.
+///
+/// # Errors
+/// If it cannot be read.
+pub(super) fn read_keys(path: &Path, common: &Common) -> Result<Result<Keys, Faults>> {
+    let mut text = String::new();
+    common.open(path)?.read_to_string(&mut text).map_err(|why| anyhow!("cannot read `{}`: {why}", path.display()))?;
+    let text = text.trim_start_matches('\u{feff}');
+    let mut sources = common.sources();
+    let file = sources.add(&path.to_string_lossy(), text);
+    Ok(Keys::parse(text, file).map_err(|found| (vec![*found], sources)))
+}
+
 impl Film<'_> {
     /// The keys, if there are any; or what is wrong with them.
     fn keys(&self) -> Result<Result<Keys, Faults>> {
-        let Some(path) = &self.args.frames.keys else { return Ok(Ok(Keys::default())) };
-        let mut text = String::new();
-        self.common.open(path)?.read_to_string(&mut text).map_err(|why| anyhow!("cannot read `{}`: {why}", path.display()))?;
-        let text = text.trim_start_matches('\u{feff}');
-        let mut sources = self.common.sources();
-        let file = sources.add(&path.to_string_lossy(), text);
-        Ok(Keys::parse(text, file).map_err(|found| (vec![*found], sources)))
+        self.args.frames.keys.as_ref().map_or(Ok(Ok(Keys::default())), |path| read_keys(path, self.common))
     }
 
     /// No texts yet, and what other frames have made of files.
@@ -220,12 +230,21 @@ impl Film<'_> {
         mut phases: Phases,
     ) -> Result<ExitStatus> {
         let args = self.args;
-        let pool = threads(args)?;
+        let pool = start_threads(args.threads)?;
         let pictures: usize = frames.iter().map(|f| f.pictures.len()).sum();
         let a_picture = samples(&built);
-        let progress = Progress::new(a_picture * pictures as u64, args.quiet);
+        let form = ProgressForm::choose(args.show.progress, args.quiet);
+        let progress = Progress::new([a_picture, pictures as u64], form, [0, 1]);
         let rescue = Rescue::beside(&args.scene, self.common.root.as_ref());
-        let session = Session { args, signals: self.signals, pool: &pool, rescue, progress: Some(&progress) };
+        let session = Session {
+            args,
+            signals: self.signals,
+            pool: &pool,
+            rescue,
+            progress: &progress,
+            is_film: true,
+            display: self.display,
+        };
         let mut status = ExitStatus::Done;
         let mut first = Some(built);
         let mut done = 0;
@@ -245,7 +264,7 @@ impl Film<'_> {
                 return Ok(ExitStatus::Fault);
             };
             for outputs in outputs {
-                progress.picture(format!("frame {frame}, {}/{pictures}, ", done + 1), done as u64 * a_picture);
+                progress.picture(format!("frame {frame}, {}/{pictures}, ", done + 1), done as u64 * a_picture, args.time);
                 let rendered = session.render(&built, outputs, &mut phases).with_context(|| format!("frame {frame}"));
                 let (ended, in_place) = rendered.inspect_err(|_| progress.finish())?;
                 if !in_place {

@@ -74,7 +74,7 @@ impl<'a> Naming<'a> {
     }
 
     /// The EXR file of the only picture of a scene, and where its name comes from.
-    fn exr(&self, built: &BuiltScene) -> (PathBuf, NamedBy) {
+    pub fn exr(&self, built: &BuiltScene) -> (PathBuf, NamedBy) {
         if let Some(path) = self.output {
             return (path.to_owned(), NamedBy::CommandLine);
         }
@@ -186,6 +186,11 @@ impl Outputs {
         self.exr.path()
     }
 
+    /// What a viewer calls the picture: the name of its file.
+    pub fn short_name(&self) -> String {
+        self.exr_path().file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
     /// Where its checkpoint stands, if there is to be one.
     pub fn checkpoint(&self) -> Option<&Path> {
         self.checkpoint.as_ref().map(OutputFile::path)
@@ -293,7 +298,7 @@ fn none_or<T>(claimed: Option<Option<T>>) -> Option<Option<T>> {
 }
 
 /// Writes the colours as they are displayed.
-fn write_png(to: impl Write, picture: &Picture, built: &BuiltScene) -> Result<()> {
+pub(super) fn write_png(to: impl Write, picture: &Picture, built: &BuiltScene) -> Result<()> {
     bloom::with_glare(picture, built.film.bloom()).write_png(to, |pixel| built.film.display(pixel))
 }
 

@@ -4,15 +4,18 @@ use super::outputs::Outputs;
 use super::replay::{self, PictureId};
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
+use crate::display::Display;
 use crate::lang::BuiltScene;
+use crate::message;
 use crate::not_finite::{self, SampleId};
 use crate::output::{Kept, Rescue};
 use crate::progress::Progress;
-use crate::render::{Ended, Job, Limits, RenderState};
+use crate::render::{Ended, Job, Limits, RenderState, Rendered};
 use crate::say;
 use crate::signals::Signals;
 use crate::stats::Phases;
 use anyhow::Result;
+use serde_json::json;
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -28,8 +31,12 @@ pub(super) struct Session<'s> {
     pub signals: &'s Signals,
     pub pool: &'s rayon::ThreadPool,
     pub rescue: Rescue,
-    /// How far several pictures have come together, if this is one of several frames.
-    pub progress: Option<&'s Progress>,
+    /// How far all pictures of the scene have come together.
+    pub progress: &'s Progress,
+    /// Whether this is one of several frames.
+    pub is_film: bool,
+    /// Shows the picture meanwhile.
+    pub display: Option<&'s Display>,
 }
 
 impl Session<'_> {
@@ -44,7 +51,7 @@ impl Session<'_> {
     /// # Errors
     /// If a checkpoint cannot be resumed, or a file cannot be written.
     pub fn render(&self, built: &BuiltScene, outputs: Outputs, phases: &mut Phases) -> Result<(Ended, bool)> {
-        let Self { args, signals, pool, ref rescue, .. } = *self;
+        let Self { args, signals, pool, ref rescue, progress, .. } = *self;
         let checkpoint = self.checkpoint(built, &outputs);
         let most = built.sampler.samples_per_pixel();
         let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
@@ -59,20 +66,16 @@ impl Session<'_> {
                     // Whatever ended the program before may have come between the checkpoint and the pictures.
                     let hold = outputs.hold(built, &rendered);
                     let in_place = hold || outputs.write(built, &rendered, phases, args.quiet, rescue) == Kept::InPlace;
+                    self.announce(built, &outputs, &rendered, in_place);
                     return Ok((Ended::Complete, in_place));
                 }
                 state
             }
         };
-        let own;
-        let progress = match self.progress {
-            Some(of_all) => of_all,
-            None => {
-                own = Progress::new(samples(built), args.quiet);
-                &own
-            }
-        };
         progress.skip(state.frame().samples());
+        if let Some(display) = self.display {
+            display.begin(&outputs.short_name(), state.shared_frame());
+        }
         let saver = Saver { state: &state, file: checkpoint.as_ref(), outputs: &outputs, built, session: self };
         let ended = std::thread::scope(|scope| {
             let (done, is_done) = mpsc::channel::<()>();
@@ -82,9 +85,6 @@ impl Session<'_> {
             drop(done);
             ended
         });
-        if self.progress.is_none() {
-            progress.finish();
-        }
         phases.end("render");
         progress.aside(|| self.keep(built, (&state, ended), (&outputs, checkpoint.as_ref()), phases))
     }
@@ -111,17 +111,35 @@ impl Session<'_> {
             say!("error: {error:#}");
         }
         let rendered = state.rendered(ended);
+        self.progress.picture_done(rendered.samples, !matches!(ended, Ended::Stopped(_)));
         let picture = PictureId { camera: built.camera_name.as_deref(), variables: &built.variables, seed: self.seed(built) };
         let replay = |sample: &SampleId| replay::command(args, picture, sample);
         let (count, first) = (rendered.counters.not_finite, &rendered.not_finite);
         not_finite::warnings(count, first, &rendered.frame, built.seed, replay).iter().for_each(|line| say!("{line}"));
         let kept = outputs.write(built, &rendered, phases, args.quiet, &self.rescue);
+        self.announce(built, outputs, &rendered, kept == Kept::InPlace);
         Ok((ended, saved.is_ok() && kept == Kept::InPlace))
+    }
+
+    /// Tells the viewer, and programs that listen, of a picture that has been written, as far as it was.
+    fn announce(&self, built: &BuiltScene, outputs: &Outputs, rendered: &Rendered, in_place: bool) {
+        if let Some(display) = self.display {
+            display.end(&outputs.short_name(), rendered.frame.picture().with_layers(&rendered.frame.layers()));
+        }
+        let what = json!({
+            "output": outputs.exr_path().to_string_lossy(),
+            "camera": built.camera_name,
+            "spp": rendered.samples,
+            "seconds": rendered.seconds,
+            "stopped": rendered.ended.name(),
+            "in_place": in_place,
+        });
+        message::event("picture", what);
     }
 
     /// The seed of a picture, if it is not the scene's.
     fn seed(&self, built: &BuiltScene) -> Option<u64> {
-        self.args.scene_args.seed.or(self.progress.is_some().then_some(built.seed))
+        self.args.scene_args.seed.or(self.is_film.then_some(built.seed))
     }
 
     /// Says what was found, and whether nothing is left to be rendered.

@@ -2,8 +2,8 @@
 
 use super::frames::{self, Film};
 use super::outputs::{Naming, Outputs};
-use super::picture::Session;
-use super::{Common, ExitStatus, load, overrides, replay, show};
+use super::picture::{Session, samples};
+use super::{Common, ExitStatus, load, overrides, replay, show, start_threads};
 use crate::cli::RenderArgs;
 use crate::lang::{BuiltScene, Overrides, SourceMap};
 use crate::memory;
@@ -11,14 +11,20 @@ use crate::memory::picture::TooLarge;
 use crate::not_finite::{self, SampleId};
 use crate::output::{self, Plan, Rescue};
 use crate::point_picture::PointCounters;
+use crate::progress::{Progress, ProgressForm};
 use crate::render::{Ended, Rendered};
 use crate::say;
 use crate::signals::Signals;
 use crate::stats::{Phases, counters_to_json, missed_connections, peak_memory, points_to_json};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use serde_json::json;
 use std::path::Path;
 use std::sync::Arc;
+
+/// What programs are told of a render that begins.
+pub fn start(scene: &Path) -> serde_json::Value {
+    json!({ "program": "bhs", "version": env!("CARGO_PKG_VERSION"), "scene": scene.to_string_lossy() })
+}
 
 /// `bhs render`
 ///
@@ -26,6 +32,7 @@ use std::sync::Arc;
 /// If a file cannot be written.
 pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<ExitStatus> {
     let mut phases = Phases::default();
+    let display = args.show.display(args.quiet);
     let overrides = Overrides {
         transport: args.transport.clone(),
         camera: args.camera.clone(),
@@ -41,7 +48,15 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     }
     let overrides = Overrides { too_large: TooLarge::Refuse, ..overrides };
     if let Some(range) = args.frames.range {
-        return frames::render(&Film { args, range, overrides, common, signals, cache: Arc::default() });
+        return frames::render(&Film {
+            args,
+            range,
+            overrides,
+            common,
+            signals,
+            cache: Arc::default(),
+            display: display.as_ref(),
+        });
     }
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");
@@ -62,11 +77,16 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     // The texts of a scene may be large.
     drop(sources);
 
-    let pool = threads(args)?;
+    let pool = start_threads(args.threads)?;
     let rescue = Rescue::beside(&args.scene, common.root.as_ref());
-    let session = Session { args, signals, pool: &pool, rescue, progress: None };
+    let a_picture = samples(&built);
+    let pictures = outputs.len() as u64;
+    let progress = Progress::new([a_picture, pictures], ProgressForm::choose(args.show.progress, args.quiet), [0, 1]);
+    let session = Session { args, signals, pool: &pool, rescue, progress: &progress, is_film: false, display: display.as_ref() };
     let mut status = ExitStatus::Done;
-    for outputs in outputs {
+    for (number, outputs) in (0..).zip(outputs) {
+        let camera = built.camera_name.as_deref().filter(|_| pictures > 1);
+        progress.picture(camera.map_or(String::new(), |name| format!("{name}, ")), number * a_picture, args.time);
         let (ended, in_place) = session.render(&built, outputs, &mut phases)?;
         if !in_place {
             // The other pictures may be of use all the same.
@@ -94,15 +114,6 @@ pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap,
         return Some(ExitStatus::CommandLine);
     }
     None
-}
-
-/// As many threads as are asked for.
-pub(super) fn threads(args: &RenderArgs) -> Result<rayon::ThreadPool> {
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = args.threads {
-        pool = pool.num_threads(threads as usize);
-    }
-    pool.build().context("cannot start the threads")
 }
 
 pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {

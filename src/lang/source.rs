@@ -1,6 +1,6 @@
 //! The files that a scene is made of, and where each of them was included.
 
-use crate::files::{self, FileId, Root};
+use crate::files::{self, FileId, Root, Stamp};
 use crate::lang::lines::Lines;
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::params::{Decode, Decoded, Files};
@@ -49,12 +49,20 @@ pub struct SourceMap {
 /// that a file that changes meanwhile is read anew.
 #[derive(Default)]
 pub struct FileCache {
-    made: Mutex<HashMap<(blake3::Hash, TypeId), Decoded>>,
+    made: Mutex<HashMap<(blake3::Hash, TypeId), Made>>,
     /// How often something was made, and not found.
     misses: AtomicUsize,
 }
 
+/// What has been made of a file, and whether it has been asked for lately.
+type Made = (Decoded, bool);
+
 impl FileCache {
+    /// Forgets what nobody has asked for since this was last called.
+    pub fn forget_unused(&self) {
+        self.made.lock().unwrap_or_else(PoisonError::into_inner).retain(|_, (_, used)| std::mem::take(used));
+    }
+
     /// How often something was made of a file.
     pub fn misses(&self) -> usize {
         self.misses.load(Ordering::Relaxed)
@@ -83,6 +91,8 @@ pub struct InputFile {
 struct Inputs {
     by_id: HashMap<FileId, InputFile>,
     by_path: HashMap<PathBuf, InputFile>,
+    /// Each of them, those that could not be read too, as it was just before it was read first.
+    stamps: Vec<(PathBuf, Stamp)>,
 }
 
 impl SourceMap {
@@ -121,6 +131,7 @@ impl SourceMap {
     /// Notes that a file that the command line names, which is there, is read too: `role` says what it is.
     pub fn add_input(&mut self, path: &Path, role: &'static str) {
         let input = InputFile { name: path.to_owned(), span: None, role };
+        self.note_stamp(path);
         let inputs = self.inputs.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let Ok(found) = path.metadata() {
             inputs.by_id.entry(FileId::of(path, &found)).or_insert_with(|| input.clone());
@@ -240,6 +251,7 @@ impl SourceMap {
         if let Some(root) = &self.root {
             root.admit(path)?;
         }
+        self.note_stamp(path);
         let (content, id) = files::read(path)?;
         let mut inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
         let input = || InputFile { name: name.to_owned(), span, role: "the scene" };
@@ -248,6 +260,19 @@ impl SourceMap {
             inputs.by_path.entry(real).or_insert_with(input);
         }
         Ok(content)
+    }
+
+    /// Notes what a file is, before it is read.
+    fn note_stamp(&self, path: &Path) {
+        let mut inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
+        if inputs.stamps.iter().all(|(known, _)| known != path) {
+            inputs.stamps.push((path.to_owned(), Stamp::of(path)));
+        }
+    }
+
+    /// All files that the scene has read or tried to read, as they were before.
+    pub fn stamps(&self) -> Vec<(PathBuf, Stamp)> {
+        self.inputs.lock().unwrap_or_else(PoisonError::into_inner).stamps.clone()
     }
 
     /// What tells a file from all others, if it is there.
@@ -323,12 +348,13 @@ impl Files for SourceMap {
         let Some(cache) = &self.cache else { return decode(&content) };
         let key = (blake3::hash(&content), kind);
         let made = || cache.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(made) = made().get(&key) {
+        if let Some((made, used)) = made().get_mut(&key) {
+            *used = true;
             return Ok(Arc::clone(made));
         }
         let new = decode(&content)?;
         cache.misses.fetch_add(1, Ordering::Relaxed);
-        made().insert(key, Arc::clone(&new));
+        made().insert(key, (Arc::clone(&new), true));
         Ok(new)
     }
 }

@@ -111,6 +111,11 @@ impl<'a> RenderState<'a> {
         &self.frame
     }
 
+    /// The same, for whoever looks at it meanwhile: its tiles change.
+    pub fn shared_frame(&self) -> &Arc<Framebuffer> {
+        &self.frame
+    }
+
     /// Seconds of rendering so far, those before it was resumed included.
     pub fn seconds(&self) -> f64 {
         self.seconds_before + self.started.elapsed().as_secs_f64()

@@ -1,0 +1,67 @@
+//! `bhs watch`
+
+use super::{SceneArgs, ShowArgs};
+use clap::Args;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// `bhs watch`
+#[derive(Args, Debug)]
+pub struct WatchArgs {
+    /// The scene
+    pub scene: PathBuf,
+    /// PNG file to write, in place of NAME.watch.png
+    #[arg(short, long, value_name = "FILE.png", value_parser = png)]
+    pub output: Option<PathBuf>,
+    /// Samples per pixel; at most, with --time
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    pub spp: Option<u32>,
+    /// End each picture after so many seconds of rendering
+    #[arg(long, value_name = "SECONDS", value_parser = super::seconds)]
+    pub time: Option<Duration>,
+    /// This frame of an animation: the scene's variables `$frame` and `$time` are its, and those of --keys
+    #[arg(long, value_name = "N")]
+    pub frame: Option<u32>,
+    /// Numbers of variables over the frames, as for `render --frames`
+    #[arg(long, value_name = "FILE.csv", requires = "frame")]
+    pub keys: Option<PathBuf>,
+    /// Frames a second: `$time` is `$frame` over this
+    #[arg(long, value_name = "N", requires = "frame", value_parser = super::frames_per_second, default_value_t = super::FRAMES_PER_SECOND)]
+    pub fps: f64,
+    /// What changes the scene
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
+    /// Light transport, in place of the scene's
+    #[arg(long, value_name = "NAME")]
+    pub transport: Option<String>,
+    /// The camera of this name; the scene's first one if not given
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Threads; all processors if not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Part to render, as fractions of width and height
+    #[arg(long, value_name = "x0,x1,y0,y1", value_parser = super::crop)]
+    pub crop: Option<[f64; 4]>,
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", value_parser = super::resolution)]
+    pub resolution: Option<[u32; 2]>,
+    /// Show a layer besides the colour in the viewer of --display-server; can be repeated
+    #[arg(long, value_name = "NAME", value_parser = super::layer_name)]
+    pub aov: Vec<String>,
+    /// Small and with few samples
+    #[arg(long)]
+    pub quick: bool,
+    /// No progress and no words but errors and warnings
+    #[arg(long)]
+    pub quiet: bool,
+    /// What is shown meanwhile
+    #[command(flatten)]
+    pub show: ShowArgs,
+}
+
+fn png(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    if is_png { Ok(path) } else { Err("expected a name that ends in .png".to_owned()) }
+}

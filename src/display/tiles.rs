@@ -1,0 +1,42 @@
+//! The tiles of a frame that have changed, as viewers take them: side by side in one piece.
+
+use super::packet::Pixels;
+use crate::film::{Framebuffer, TILE, TileValues};
+
+impl Framebuffer {
+    /// Calls `send` with the pixels of all tiles that have more samples than have been `seen`, and notes these; those that somebody is at
+    /// work on are left out. Neighbours in a row are one piece.
+    ///
+    /// # Errors
+    /// The first of `send`.
+    pub(super) fn changed<E>(&self, seen: &mut [u64], mut send: impl FnMut(Pixels) -> Result<(), E>) -> Result<(), E> {
+        let in_row = self.size_of_picture()[0].div_ceil(TILE).max(1) as usize;
+        let mut run: Vec<TileValues> = Vec::new();
+        for (number, seen) in seen.iter_mut().enumerate() {
+            let tile = self.try_values(number, *seen);
+            if (tile.is_none() || number % in_row == 0) && !run.is_empty() {
+                send_run(&run, &mut send)?;
+                run.clear();
+            }
+            if let Some(tile) = tile {
+                *seen = tile.samples;
+                run.push(tile);
+            }
+        }
+        if run.is_empty() { Ok(()) } else { send_run(&run, &mut send) }
+    }
+}
+
+/// Sends tiles that stand side by side.
+fn send_run<E>(run: &[TileValues], send: &mut impl FnMut(Pixels) -> Result<(), E>) -> Result<(), E> {
+    let (at, height) = (run[0].at, run[0].size[1]);
+    let width = run.iter().map(|tile| tile.size[0]).sum();
+    let mut data = Vec::with_capacity(run.iter().map(|tile| tile.data.len()).sum());
+    for y in 0..height as usize {
+        for tile in run {
+            let row = tile.data.len() / height as usize;
+            data.extend_from_slice(&tile.data[y * row..][..row]);
+        }
+    }
+    send(Pixels { at, size: [width, height], data: &data })
+}
