@@ -11,8 +11,10 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a build script talks to Cargo this way
 
+mod commit;
+
 use std::os::unix::fs::symlink;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
@@ -20,6 +22,9 @@ fn main() -> io::Result<()> {
     println!("cargo::rerun-if-env-changed=BINDGEN_EXTRA_CLANG_ARGS");
     if env::var_os("CARGO_FEATURE_EMBREE").is_some() && env::var_os("BINDGEN_EXTRA_CLANG_ARGS").is_none() {
         println!("cargo::warning=this checkout is not set up for building; run ./bhs in it once");
+    }
+    if env::var("CARGO_PKG_NAME").is_ok_and(|name| name == "bhs") {
+        commit::tell(Path::new(&env::var_os("CARGO_MANIFEST_DIR").expect("Cargo sets CARGO_MANIFEST_DIR")));
     }
     let Some(embree) = env::var_os("BHS_EMBREE_DIR").map(PathBuf::from) else { return Ok(()) };
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("Cargo sets OUT_DIR"));

@@ -1,18 +1,19 @@
 //! The command line: what can be typed.
 
 mod show;
+mod values;
 mod watch;
 
 pub use show::ShowArgs;
 pub use watch::WatchArgs;
 
 use crate::animation::FrameRange;
-use crate::animation::preview::Format;
 use crate::lang::variables::FRAMES_PER_SECOND;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use values::{crop, frames_per_second, layer_name, pixel, preview, resolution, seconds};
 
 /// A renderer for scenes with a black hole in them.
 #[derive(Debug, Parser)]
@@ -27,6 +28,21 @@ pub struct Cli {
     /// Folder that nothing leads out of that a scene reads or writes; files that the command line names may lie elsewhere
     #[arg(long, global = true, value_name = "FOLDER")]
     pub root: Option<PathBuf>,
+    /// With --version: also commit, its date, Embree, vector code and denoiser
+    #[arg(long, requires = "version")]
+    pub verbose: bool,
+}
+
+/// What stands under the help of every command.
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 the scene or a file is at fault; 2 the command line is at fault; 130, 143, 129 stopped by \
+                          Ctrl-C, SIGTERM, SIGHUP, with what was rendered written";
+
+/// The command line with all that stands in its help.
+pub fn full_command() -> clap::Command {
+    let command = Cli::command();
+    let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
+    let add = |c: clap::Command| if c.get_after_help().is_some() { c } else { c.after_help(EXIT_CODES) };
+    names.into_iter().fold(add(command), |all, name| all.mut_subcommand(name, add))
 }
 
 /// When what is said has colours.
@@ -55,14 +71,15 @@ impl Color {
 /// The program's commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render a scene to an EXR file and a PNG beside it
+    /// Render scenes, each to an EXR file and a PNG beside it
     Render(Box<RenderArgs>),
     /// Render a scene anew whenever it, or anything that it reads, is saved: coarse first, to NAME.watch.png, until Ctrl-C
     Watch(Box<WatchArgs>),
-    /// Parse and build a scene without rendering it; exit 1 on errors
+    /// Parse and build scenes without rendering them; exit 1 on errors
     Check {
-        /// The scene; `-` reads standard input
-        scene: PathBuf,
+        /// The scenes; `-` reads standard input
+        #[arg(value_name = "SCENE", required = true)]
+        scenes: Vec<PathBuf>,
         /// Print one JSON object a finding on standard output, for editors
         #[arg(long)]
         json: bool,
@@ -104,6 +121,16 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Print the script by which a shell completes the words of bhs
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, as roff: `bhs man | man -l -`
+    Man {
+        /// That of this command
+        command: Option<String>,
+    },
 }
 
 /// What changes a scene from the command line.
@@ -129,10 +156,17 @@ pub struct Definitions {
 }
 
 /// `bhs render`
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct RenderArgs {
-    /// The scene; `-` reads standard input
+    /// The scenes, rendered one after the other; `-` reads standard input
+    #[arg(value_name = "SCENE", required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// The one of them that has its turn: see [`RenderArgs::each`]
+    #[arg(skip)]
     pub scene: PathBuf,
+    /// Its number, from 0, and how many there are
+    #[arg(skip = [0, 1])]
+    pub of_scenes: [u32; 2],
     /// EXR file to write, in place of the scene's `filename`; the PNG stands beside it
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: Option<PathBuf>,
@@ -196,8 +230,8 @@ pub struct RenderArgs {
     /// What is shown meanwhile
     #[command(flatten)]
     pub show: ShowArgs,
-    /// Write what it took as JSON
-    #[arg(long, value_name = "FILE.json")]
+    /// Write what it took as JSON; `-` prints it on standard output, one line a picture
+    #[arg(long, value_name = "FILE.json|-")]
     pub stats: Option<PathBuf>,
     /// Replay one sample of this pixel, counted from the upper left corner, print its path as JSON, and write no file
     #[arg(long, value_name = "X,Y", value_parser = pixel, requires = "sample", conflicts_with_all = ["output", "stats", "false_color"])]
@@ -228,6 +262,21 @@ pub struct FrameArgs {
 }
 
 impl RenderArgs {
+    /// The same for each scene by itself.
+    pub fn each(&self) -> impl Iterator<Item = Self> {
+        let count = self.scenes.len() as u32;
+        (0..).zip(&self.scenes).map(move |(number, scene)| Self {
+            scene: scene.clone(),
+            of_scenes: [number, count],
+            ..self.clone()
+        })
+    }
+
+    /// Whether what it took is printed.
+    pub fn prints_stats(&self) -> bool {
+        self.stats.as_deref() == Some(Path::new("-"))
+    }
+
     /// Where the checkpoint of the picture `exr` stands, if there is to be one; `named` turns the name that is given into that of this picture.
     pub fn checkpoint_for(&self, exr: &Path, named: impl Fn(&Path) -> PathBuf) -> Option<PathBuf> {
         match &self.checkpoint {
@@ -316,50 +365,4 @@ pub struct DenoiseArgs {
     /// No closing words
     #[arg(long)]
     pub quiet: bool,
-}
-
-fn frames_per_second(text: &str) -> Result<f64, String> {
-    let fps = text.parse::<f64>().ok().filter(|fps| (0.001..=10_000.0).contains(fps));
-    fps.ok_or_else(|| "expected a number of frames a second, such as 24 or 29.97".to_owned())
-}
-
-fn preview(text: &str) -> Result<PathBuf, String> {
-    Format::of(Path::new(text)).map(|_| text.into())
-}
-
-/// A time in seconds.
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse::<f64>().ok().filter(|s| *s >= 0.0);
-    seconds
-        .and_then(|s| Duration::try_from_secs_f64(s).ok())
-        .ok_or_else(|| "expected a number of seconds, such as 300 or 0.5".to_owned())
-}
-
-/// The name of a layer.
-fn layer_name(text: &str) -> Result<String, String> {
-    bhs_engine::layer::find(text, bhs_layers::ALL).map(|layer| layer.name.to_owned())
-}
-
-fn crop(text: &str) -> Result<[f64; 4], String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
-    match numbers.as_deref() {
-        Ok(&[x0, x1, y0, y1]) if 0.0 <= x0 && x0 < x1 && x1 <= 1.0 && 0.0 <= y0 && y0 < y1 && y1 <= 1.0 => Ok([x0, x1, y0, y1]),
-        _ => Err("expected four numbers between 0 and 1, from below to: x0,x1,y0,y1".into()),
-    }
-}
-
-fn pixel(text: &str) -> Result<[u32; 2], String> {
-    let numbers = text.split_once(',').map(|(x, y)| (x.trim().parse(), y.trim().parse()));
-    match numbers {
-        Some((Ok(x), Ok(y))) => Ok([x, y]),
-        _ => Err("expected column and row, counted from 0, such as 12,34".into()),
-    }
-}
-
-fn resolution(text: &str) -> Result<[u32; 2], String> {
-    let sizes = text.split_once(['x', 'X']).map(|(w, h)| (w.parse::<u32>(), h.parse::<u32>()));
-    match sizes {
-        Some((Ok(w), Ok(h))) if (1..=65_536).contains(&w) && (1..=65_536).contains(&h) => Ok([w, h]),
-        _ => Err("expected width and height in pixels, such as 640x480".into()),
-    }
 }

@@ -15,6 +15,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
+mod about;
 mod bench;
 mod denoise;
 mod frames;
@@ -22,9 +23,11 @@ mod outputs;
 mod picture;
 mod render;
 mod replay;
+mod several;
 mod trace;
 mod watch;
 
+pub use about::{completions, man, verbose_version};
 pub use bench::bench;
 pub use denoise::denoise;
 use outputs::{Naming, Outputs};
@@ -169,7 +172,21 @@ fn overrides(args: &SceneArgs) -> Overrides {
 ///
 /// # Errors
 /// If standard output is closed.
-pub fn check(scene: &Path, definitions: &Definitions, as_json: bool, common: &Common) -> Result<ExitStatus> {
+pub fn check(scenes: &[impl AsRef<Path>], definitions: &Definitions, as_json: bool, common: &Common) -> Result<ExitStatus> {
+    if let Some(fault) = several::fault_of_names(scenes) {
+        say!("error: {fault}");
+        return Ok(ExitStatus::CommandLine);
+    }
+    let mut all = ExitStatus::Done;
+    for scene in scenes {
+        if check_one(scene.as_ref(), definitions, as_json, common)? != ExitStatus::Done {
+            all = ExitStatus::Fault;
+        }
+    }
+    Ok(all)
+}
+
+fn check_one(scene: &Path, definitions: &Definitions, as_json: bool, common: &Common) -> Result<ExitStatus> {
     let mut sources = common.sources();
     let variables = Variables::defined(&definitions.define);
     let overrides = Overrides { too_large: TooLarge::Warn, variables, ..Overrides::default() };

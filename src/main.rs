@@ -1,22 +1,28 @@
 //! The program `bhs`: reads the command line, does what it says, exits with the right code.
 
 use anyhow::{Context, Result};
-use bhs::cli::{Cli, Command};
+use bhs::cli::{Cli, Command, full_command};
 use bhs::commands::{self, Common, ExitStatus};
 use bhs::signals::Signals;
 use bhs::{message, output, say};
-use clap::Parser;
+use clap::FromArgMatches;
+use clap::error::ErrorKind;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     output::ignore_file_size_signal();
     message::report_panics();
-    let cli = match Cli::try_parse() {
+    let mut command = full_command();
+    let parsed = command.try_get_matches_from_mut(std::env::args_os()).and_then(|found| Cli::from_arg_matches(&found));
+    let cli = match parsed.map_err(|error| error.format(&mut command)) {
         Ok(cli) => cli,
         Err(error) if error.use_stderr() => {
             // Without anybody to read it, it is lost, and the exit code remains.
             let _ = error.print();
             return ExitStatus::CommandLine.into();
+        }
+        Err(text) if text.kind() == ErrorKind::DisplayVersion && std::env::args_os().any(|word| word == "--verbose") => {
+            return status(commands::print(&commands::verbose_version()).map(|()| ExitStatus::Done));
         }
         // Help and version are no errors, whatever clap calls them.
         Err(text) => return status(text.print().map(|()| ExitStatus::Done).context("cannot write to standard output")),
@@ -38,14 +44,16 @@ fn run(cli: &Cli) -> Result<ExitStatus> {
     let common = &Common::of(cli)?;
     match &cli.command {
         Command::Render(args) => {
-            message::begin(args.show.messages(), commands::start(&args.scene));
+            message::begin(args.show.messages(), commands::start(&args.scenes));
             commands::render(args, common, &Signals::listen())
         }
         Command::Watch(args) => {
-            message::begin(args.show.messages(), commands::start(&args.scene));
+            message::begin(args.show.messages(), commands::start(&[&args.scene]));
             commands::watch(args, common, &Signals::listen())
         }
-        Command::Check { scene, json, definitions } => commands::check(scene, definitions, *json, common),
+        Command::Check { scenes, json, definitions } => commands::check(scenes, definitions, *json, common),
+        Command::Completions { shell } => commands::completions(*shell),
+        Command::Man { command } => commands::man(command.as_deref()),
         Command::Format { scene, write } => commands::format(scene, *write, common),
         Command::Plugins { kind, name, json } => commands::plugins(kind.as_deref(), name.as_deref(), *json),
         Command::Trace(args) => commands::trace(args, common),

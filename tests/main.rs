@@ -46,6 +46,7 @@ mod redshift;
 mod reference;
 mod replacing;
 mod replay;
+mod several;
 mod shapes;
 mod signals;
 mod sky_lights;

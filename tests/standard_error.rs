@@ -9,12 +9,15 @@ use std::process::{Command, Stdio};
 const WARNED: &str = "\nMakeNamedMaterial \"unused\" \"string type\" \"diffuse\"\n";
 
 /// Every command, with what is said on standard error: nothing, words, warnings, errors. Exit code; arguments.
-const RUNS: [(i32, &[&str]); 27] = [
+const RUNS: [(i32, &[&str]); 30] = [
     (0, &["render", "scene.bhs"]),
     (0, &["render", "scene.bhs", "--quiet"]),
     (0, &["render", "scene.bhs", "--aov", "normal", "--false-color", "--stats", "stats.json"]),
     (0, &["render", "scene.bhs", "--checkpoint", "--write-partial"]),
     (0, &["render", "scene.bhs", "--resume"]),
+    (0, &["render", "scene.bhs", "--progress", "json"]),
+    (0, &["render", "scene.bhs", "--display-server=127.0.0.1:9"]),
+    (1, &["render", "faulty.bhs", "scene.bhs"]),
     (1, &["render", "faulty.bhs"]),
     (1, &["render", "faulty.bhs", "--quiet"]),
     (1, &["render", "nothing.bhs"]),
@@ -110,9 +113,12 @@ fn in_shell(command: &Command, script: &str) -> Command {
 }
 
 /// Commands that print on standard output.
-const PRINTING: [&[&str]; 9] = [
+const PRINTING: [&[&str]; 12] = [
     &["--help"],
     &["--version"],
+    &["--version", "--verbose"],
+    &["completions", "bash"],
+    &["man"],
     &["render", "--help"],
     &["check", "--json", "scene.bhs"],
     &["format", "scene.bhs"],

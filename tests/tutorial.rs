@@ -27,8 +27,8 @@ fn scene<'t>(text: &'t str, name: &str) -> &'t str {
 fn output(text: &str, line: &str) -> Option<String> {
     let cli = Cli::try_parse_from(line.split_whitespace()).unwrap_or_else(|e| panic!("{line}\n{e}"));
     match cli.command {
-        Command::Check { scene: path, .. } => {
-            let name = path.to_string_lossy();
+        Command::Check { scenes, .. } => {
+            let name = scenes[0].to_string_lossy();
             let mut sources = SourceMap::new();
             let found = lang::load_text(&name, scene(text, &name), &Registry::builtin(), &Overrides::default(), &mut sources);
             Some(report::render(&found.err().expect("it is faulty"), &sources, false))
@@ -37,7 +37,7 @@ fn output(text: &str, line: &str) -> Option<String> {
             Some(plugins_table::render(&Registry::builtin(), kind.as_deref(), name.as_deref()).expect("they exist"))
         }
         Command::Render(args) => {
-            scene(text, &args.scene.to_string_lossy());
+            scene(text, &args.scenes[0].to_string_lossy());
             None
         }
         _ => None,

@@ -1,6 +1,8 @@
 //! `bhs watch`
 
+use super::values::{crop, frames_per_second, layer_name, resolution, seconds};
 use super::{SceneArgs, ShowArgs};
+use crate::lang::variables::FRAMES_PER_SECOND;
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,7 +19,7 @@ pub struct WatchArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub spp: Option<u32>,
     /// End each picture after so many seconds of rendering
-    #[arg(long, value_name = "SECONDS", value_parser = super::seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time: Option<Duration>,
     /// This frame of an animation: the scene's variables `$frame` and `$time` are its, and those of --keys
     #[arg(long, value_name = "N")]
@@ -26,7 +28,7 @@ pub struct WatchArgs {
     #[arg(long, value_name = "FILE.csv", requires = "frame")]
     pub keys: Option<PathBuf>,
     /// Frames a second: `$time` is `$frame` over this
-    #[arg(long, value_name = "N", requires = "frame", value_parser = super::frames_per_second, default_value_t = super::FRAMES_PER_SECOND)]
+    #[arg(long, value_name = "N", requires = "frame", value_parser = frames_per_second, default_value_t = FRAMES_PER_SECOND)]
     pub fps: f64,
     /// What changes the scene
     #[command(flatten)]
@@ -41,13 +43,13 @@ pub struct WatchArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// Part to render, as fractions of width and height
-    #[arg(long, value_name = "x0,x1,y0,y1", value_parser = super::crop)]
+    #[arg(long, value_name = "x0,x1,y0,y1", value_parser = crop)]
     pub crop: Option<[f64; 4]>,
     /// Size of the picture
-    #[arg(long, value_name = "WxH", value_parser = super::resolution)]
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// Show a layer besides the colour in the viewer of --display-server; can be repeated
-    #[arg(long, value_name = "NAME", value_parser = super::layer_name)]
+    #[arg(long, value_name = "NAME", value_parser = layer_name)]
     pub aov: Vec<String>,
     /// Small and with few samples
     #[arg(long)]

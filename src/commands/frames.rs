@@ -234,7 +234,7 @@ impl Film<'_> {
         let pictures: usize = frames.iter().map(|f| f.pictures.len()).sum();
         let a_picture = samples(&built);
         let form = ProgressForm::choose(args.show.progress, args.quiet);
-        let progress = Progress::new([a_picture, pictures as u64], form, [0, 1]);
+        let progress = Progress::new([a_picture, pictures as u64], form, args.of_scenes);
         let rescue = Rescue::beside(&args.scene, self.common.root.as_ref());
         let session = Session {
             args,

@@ -44,7 +44,7 @@ impl<'a> Naming<'a> {
     pub fn of(args: &'a RenderArgs) -> Self {
         Self {
             output: args.output.as_deref(),
-            stats: args.stats.as_deref(),
+            stats: args.stats.as_deref().filter(|_| !args.prints_stats()),
             quick: args.quick,
             false_color: args.false_color,
             no_overwrite: args.no_overwrite,
@@ -78,15 +78,34 @@ impl<'a> Naming<'a> {
         if let Some(path) = self.output {
             return (path.to_owned(), NamedBy::CommandLine);
         }
-        if !built.film.filename().is_empty() {
-            return (built.film.filename().into(), NamedBy::Scene(built.filename_span));
+        let filename = built.film.filename();
+        let span = built.filename_span.filter(|_| !filename.is_empty());
+        (self.called(filename), NamedBy::Scene(span))
+    }
+
+    /// The EXR file of the only picture of a scene whose film has this `filename`, which may be empty.
+    fn called(&self, filename: &str) -> PathBuf {
+        if !filename.is_empty() {
+            return filename.into();
         }
         let mut name = match self.scene.file_stem() {
             Some(stem) if self.scene != Path::new("-") => stem.to_owned(),
             _ => OsString::from("bhs"),
         };
         name.push(".exr");
-        (name.into(), NamedBy::Scene(None))
+        name.into()
+    }
+
+    /// The EXR files of a scene whose film has this `filename` and that has these cameras, if -o names none.
+    pub fn all(&self, filename: &str, cameras: &[Option<&str>]) -> Vec<PathBuf> {
+        let path = self.called(filename);
+        let of_camera = |camera: &Option<&str>| self.quickened(camera.map_or(path.clone(), |camera| with_infix(&path, camera)));
+        cameras.iter().map(of_camera).collect()
+    }
+
+    /// The name of a preview, if it is one and -o does not say otherwise.
+    fn quickened(&self, path: PathBuf) -> PathBuf {
+        if self.quick && self.output.is_none() { with_infix(&path, "quick") } else { path }
     }
 
     /// The EXR file of one camera, and where its name comes from.
@@ -96,8 +115,7 @@ impl<'a> Naming<'a> {
         // The only picture is called what the command line says.
         let camera = camera.filter(|_| !(one && self.output.is_some()));
         let path = camera.map_or(path.clone(), |camera| with_infix(&path, camera));
-        let path = if self.quick && self.output.is_none() { with_infix(&path, "quick") } else { path };
-        (self.numbered(path), by)
+        (self.numbered(self.quickened(path)), by)
     }
 }
 
@@ -184,11 +202,6 @@ impl Outputs {
     /// Where the picture will stand.
     pub fn exr_path(&self) -> &Path {
         self.exr.path()
-    }
-
-    /// What a viewer calls the picture: the name of its file.
-    pub fn short_name(&self) -> String {
-        self.exr_path().file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
     /// Where its checkpoint stands, if there is to be one.

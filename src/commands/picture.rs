@@ -1,7 +1,9 @@
 //! One picture of `bhs render`: from the first sample, or from a checkpoint, to its files.
 
 use super::outputs::Outputs;
+use super::render::stats_json;
 use super::replay::{self, PictureId};
+use super::{is_closed_pipe, print};
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
 use crate::display::Display;
@@ -66,15 +68,15 @@ impl Session<'_> {
                     // Whatever ended the program before may have come between the checkpoint and the pictures.
                     let hold = outputs.hold(built, &rendered);
                     let in_place = hold || outputs.write(built, &rendered, phases, args.quiet, rescue) == Kept::InPlace;
-                    self.announce(built, &outputs, &rendered, in_place);
-                    return Ok((Ended::Complete, in_place));
+                    let told = self.announce(built, (&outputs, &rendered), phases, in_place);
+                    return Ok((Ended::Complete, in_place && told));
                 }
                 state
             }
         };
         progress.skip(state.frame().samples());
         if let Some(display) = self.display {
-            display.begin(&outputs.short_name(), state.shared_frame());
+            display.begin(&self.shown_as(&outputs), state.shared_frame());
         }
         let saver = Saver { state: &state, file: checkpoint.as_ref(), outputs: &outputs, built, session: self };
         let ended = std::thread::scope(|scope| {
@@ -117,14 +119,21 @@ impl Session<'_> {
         let (count, first) = (rendered.counters.not_finite, &rendered.not_finite);
         not_finite::warnings(count, first, &rendered.frame, built.seed, replay).iter().for_each(|line| say!("{line}"));
         let kept = outputs.write(built, &rendered, phases, args.quiet, &self.rescue);
-        self.announce(built, outputs, &rendered, kept == Kept::InPlace);
-        Ok((ended, saved.is_ok() && kept == Kept::InPlace))
+        let told = self.announce(built, (outputs, &rendered), phases, kept == Kept::InPlace);
+        Ok((ended, saved.is_ok() && kept == Kept::InPlace && told))
     }
 
-    /// Tells the viewer, and programs that listen, of a picture that has been written, as far as it was.
-    fn announce(&self, built: &BuiltScene, outputs: &Outputs, rendered: &Rendered, in_place: bool) {
+    /// What a viewer calls the picture: the name of its file, with the folder where there are several scenes.
+    fn shown_as(&self, outputs: &Outputs) -> String {
+        let path = outputs.exr_path();
+        let name = path.file_name().map(Path::new).filter(|_| self.args.of_scenes[1] == 1);
+        name.unwrap_or(path).to_string_lossy().into_owned()
+    }
+
+    /// Tells the viewer, and programs that listen, of a picture that has been written, as far as it was. Whether they could be told.
+    fn announce(&self, built: &BuiltScene, (outputs, rendered): (&Outputs, &Rendered), phases: &Phases, in_place: bool) -> bool {
         if let Some(display) = self.display {
-            display.end(&outputs.short_name(), rendered.frame.picture().with_layers(&rendered.frame.layers()));
+            display.end(&self.shown_as(outputs), rendered.frame.picture().with_layers(&rendered.frame.layers()));
         }
         let what = json!({
             "output": outputs.exr_path().to_string_lossy(),
@@ -135,6 +144,17 @@ impl Session<'_> {
             "in_place": in_place,
         });
         message::event("picture", what);
+        if !self.args.prints_stats() {
+            return true;
+        }
+        match print(&format!("{}\n", stats_json(built, rendered, phases))) {
+            // Who has read enough does not keep the other pictures from being made.
+            Err(error) if !is_closed_pipe(&error) => {
+                say!("error: {error:#}");
+                false
+            }
+            _ => true,
+        }
     }
 
     /// The seed of a picture, if it is not the scene's.

@@ -3,8 +3,9 @@
 use super::frames::{self, Film};
 use super::outputs::{Naming, Outputs};
 use super::picture::{Session, samples};
-use super::{Common, ExitStatus, load, overrides, replay, show, start_threads};
+use super::{Common, ExitStatus, load, overrides, replay, several, show, start_threads};
 use crate::cli::RenderArgs;
+use crate::display::Display;
 use crate::lang::{BuiltScene, Overrides, SourceMap};
 use crate::memory;
 use crate::memory::picture::TooLarge;
@@ -22,8 +23,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// What programs are told of a render that begins.
-pub fn start(scene: &Path) -> serde_json::Value {
-    json!({ "program": "bhs", "version": env!("CARGO_PKG_VERSION"), "scene": scene.to_string_lossy() })
+pub fn start(scenes: &[impl AsRef<Path>]) -> serde_json::Value {
+    let scenes: Vec<_> = scenes.iter().map(|scene| scene.as_ref().to_string_lossy()).collect();
+    json!({ "program": "bhs", "version": env!("CARGO_PKG_VERSION"), "scenes": scenes })
 }
 
 /// `bhs render`
@@ -31,8 +33,20 @@ pub fn start(scene: &Path) -> serde_json::Value {
 /// # Errors
 /// If a file cannot be written.
 pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<ExitStatus> {
-    let mut phases = Phases::default();
     let display = args.show.display(args.quiet);
+    let mut each = args.each();
+    match (each.next(), each.next()) {
+        (Some(one), None) => render_one(&one, common, signals, display.as_ref()),
+        _ => several::render(args, common, signals, display.as_ref()),
+    }
+}
+
+/// Renders one scene.
+///
+/// # Errors
+/// If a file cannot be written.
+pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, display: Option<&Display>) -> Result<ExitStatus> {
+    let mut phases = Phases::default();
     let overrides = Overrides {
         transport: args.transport.clone(),
         camera: args.camera.clone(),
@@ -48,15 +62,7 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     }
     let overrides = Overrides { too_large: TooLarge::Refuse, ..overrides };
     if let Some(range) = args.frames.range {
-        return frames::render(&Film {
-            args,
-            range,
-            overrides,
-            common,
-            signals,
-            cache: Arc::default(),
-            display: display.as_ref(),
-        });
+        return frames::render(&Film { args, range, overrides, common, signals, cache: Arc::default(), display });
     }
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     phases.end("load");
@@ -81,8 +87,8 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     let rescue = Rescue::beside(&args.scene, common.root.as_ref());
     let a_picture = samples(&built);
     let pictures = outputs.len() as u64;
-    let progress = Progress::new([a_picture, pictures], ProgressForm::choose(args.show.progress, args.quiet), [0, 1]);
-    let session = Session { args, signals, pool: &pool, rescue, progress: &progress, is_film: false, display: display.as_ref() };
+    let progress = Progress::new([a_picture, pictures], ProgressForm::choose(args.show.progress, args.quiet), args.of_scenes);
+    let session = Session { args, signals, pool: &pool, rescue, progress: &progress, is_film: false, display };
     let mut status = ExitStatus::Done;
     for (number, outputs) in (0..).zip(outputs) {
         let camera = built.camera_name.as_deref().filter(|_| pictures > 1);

@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn the_command_says_all_that_changes_a_sample_and_can_be_read_back() {
         let parse = |words: &[&str]| match Cli::try_parse_from(words).expect("a command line").command {
-            Command::Render(args) => args,
+            Command::Render(args) => args.each().next().expect("a scene"),
             other => panic!("{other:?}"),
         };
         let words = "bhs render room.bhs --seed 9 --integrator straight --transport path --spp 4 --resolution 8x6 --crop 0,0.5,0,1 --quick \

@@ -9,6 +9,9 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// The finding that two outputs are one file.
+pub const COINCIDE: &str = "outputs-coincide";
+
 /// Where the name of an output comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NamedBy {
@@ -100,7 +103,7 @@ impl<'a> Plan<'a> {
         }
         if let Some(other) = self.same_as(&file) {
             let message = format!("cannot write both `{}` and `{shown}`: they are one file", self.names[other].display());
-            return Err(Box::new(refuse("outputs-coincide", message).help("give one of them another name")));
+            return Err(Box::new(refuse(COINCIDE, message).help("give one of them another name")));
         }
         self.names.push(path.to_owned());
         Ok(file)

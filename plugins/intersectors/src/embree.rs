@@ -128,6 +128,13 @@ impl Device {
     }
 }
 
+/// The version of the library that is loaded: 40400 is 4.4.0.
+pub fn version() -> Option<isize> {
+    let device = Device::new().ok()?;
+    // SAFETY: the device is live.
+    Some(unsafe { rtcGetDeviceProperty(device.handle, RTCDeviceProperty::VERSION) })
+}
+
 impl Drop for Device {
     fn drop(&mut self) {
         // SAFETY: the handle is live and released only here.
@@ -149,14 +156,13 @@ struct Handle(RTCScene);
 
 impl Handle {
     fn scene(device: &Device, flags: RTCSceneFlags) -> Self {
-        // SAFETY: the device is live. Embree keeps it alive for the scene by counting references.
-        let scene = unsafe { rtcNewScene(device.handle) };
-        // SAFETY: the scene is live, or null, which Embree reports through the device.
+        // SAFETY: the device is live; Embree keeps it alive for the scene by counting references, and reports a scene that is null.
         unsafe {
+            let scene = rtcNewScene(device.handle);
             rtcSetSceneFlags(scene, flags);
             rtcSetSceneBuildQuality(scene, QUALITY);
+            Self(scene)
         }
-        Self(scene)
     }
 
     /// Adds a mesh. It must be kept for as long as the scene.
