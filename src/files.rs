@@ -6,7 +6,7 @@ mod root;
 mod stamp;
 
 pub use root::Root;
-pub use stamp::Stamp;
+pub use stamp::{Stamp, Stamps};
 
 use bhs_core::diagnostics::did_you_mean;
 use std::fs::{self, File, FileType, Metadata, OpenOptions};

@@ -3,7 +3,7 @@
 //! What counts is what the files are ([`Stamp`]), looked at now and then; the system's own word that something has changed in their folders
 //! only makes that sooner. So nothing is missed where the system has no word to give: on network file systems, or with too many watches.
 
-use crate::files::Stamp;
+use crate::files::{Stamp, Stamps};
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The files that are watched.
 pub struct Watched {
-    files: Vec<(PathBuf, Stamp)>,
+    files: Stamps,
     folders: BTreeSet<PathBuf>,
     watcher: Option<RecommendedWatcher>,
     events: Receiver<()>,
@@ -42,7 +42,7 @@ impl Default for Watched {
 
 impl Watched {
     /// Watches these files in place of those before, as they were when they were read.
-    pub fn follow(&mut self, files: Vec<(PathBuf, Stamp)>) {
+    pub fn follow(&mut self, files: Stamps) {
         // A file may be replaced by another one of its name, so its folder is watched; that of a link, and that of the file itself.
         let folder = |path: &Path| path.parent().map(|f| if f.as_os_str().is_empty() { Path::new(".") } else { f }.to_owned());
         let real = files.iter().filter_map(|(path, _)| folder(&path.canonicalize().ok()?));

@@ -8,7 +8,10 @@ fn folder() -> Folder {
     let folder = Folder::new(SMALL);
     let unnamed = SMALL.replace("\"string filename\" \"small.exr\"", "");
     folder.write("a.bhs", &unnamed);
-    folder.write("b.bhs", unnamed.replace("Camera \"perspective\"", "Camera \"perspective\"\nCamera \"perspective\" \"string name\" \"left\""));
+    folder.write(
+        "b.bhs",
+        unnamed.replace("Camera \"perspective\"", "Camera \"perspective\"\nCamera \"perspective\" \"string name\" \"left\""),
+    );
     folder.write("faulty.bhs", format!("{SMALL}Shape \"spheer\"\n"));
     folder
 }
@@ -24,9 +27,16 @@ fn scenes_are_rendered_one_after_the_other() {
     let run = folder.run(&["render", "a.bhs", "faulty.bhs", "b.bhs", "nothing.bhs", "scene.bhs"]);
     assert_eq!((run.code, run.out.as_str()), (1, ""), "{}", run.err);
     assert_eq!(pictures(&folder), ["a.exr", "b.exr", "b.left.exr", "small.exr"]);
-    assert!(run.err.contains("spheer") && run.err.contains("nothing.bhs") && run.err.matches("2 spp in").count() == 4, "{}", run.err);
+    assert!(
+        run.err.contains("spheer") && run.err.contains("nothing.bhs") && run.err.matches("2 spp in").count() == 4,
+        "{}",
+        run.err
+    );
     let alone = folder.read("a.png");
-    assert_eq!(folder.run(&["render", "a.bhs", "scene.bhs", "--quiet"]), Outcome { code: 0, out: String::new(), err: String::new() });
+    assert_eq!(
+        folder.run(&["render", "a.bhs", "scene.bhs", "--quiet"]),
+        Outcome { code: 0, out: String::new(), err: String::new() }
+    );
     assert_eq!(folder.read("a.png"), alone);
 
     let run = folder.run(&["render", "a.bhs", "faulty.bhs", "b.bhs", "--progress", "json", "--quiet"]);
@@ -59,7 +69,11 @@ fn what_several_scenes_cannot_share_is_refused() {
     for scenes in [["scene.bhs", "scene.bhs"], ["scene.bhs", "again.bhs"], ["b.bhs", "left.bhs"]] {
         for flags in [&[][..], &["--quick"], &["--frames", "1-2"]] {
             let run = folder.run(&[&["render", "a.bhs"], &scenes[..], flags].concat());
-            assert!(run.code == 1 && run.err.contains("one file") && run.err.contains("nothing has been rendered"), "{}", run.err);
+            assert!(
+                run.code == 1 && run.err.contains("one file") && run.err.contains("nothing has been rendered"),
+                "{}",
+                run.err
+            );
         }
     }
     assert_eq!(pictures(&folder), [""; 0]);

@@ -8,7 +8,7 @@ use super::{Common, ExitStatus, overrides, show, start_threads};
 use crate::animation::keys::Keys;
 use crate::cli::WatchArgs;
 use crate::display::Display;
-use crate::files::Stamp;
+use crate::files::Stamps;
 use crate::lang::source::FileCache;
 use crate::lang::{self, BuiltScene, Overrides, SourceMap, Variables};
 use crate::memory::picture::{TooLarge, check};
@@ -82,7 +82,7 @@ impl Watch<'_> {
     }
 
     /// The scene and the file of its picture, or nothing if something is wrong with it, which is said; and all files that it reads.
-    fn load(&self) -> (Option<(BuiltScene, OutputFile)>, Vec<(PathBuf, Stamp)>) {
+    fn load(&self) -> (Option<(BuiltScene, OutputFile)>, Stamps) {
         let args = self.args;
         let mut sources = self.common.sources().keeping(&self.cache);
         let keys = args.keys.as_ref().map_or(Ok(Ok(Keys::default())), |path| {

@@ -2,8 +2,11 @@
 
 use super::FileId;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+
+/// Files as they were at some time.
+pub type Stamps = Vec<(PathBuf, Stamp)>;
 
 /// What tells a file that has been saved from what it was before, without its content.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -59,7 +59,6 @@ impl Framebuffer {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::lang::{Overrides, SourceMap, load_text};
     use crate::registry::Registry;
     use crate::render::render_quietly;

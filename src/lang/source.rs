@@ -1,6 +1,6 @@
 //! The files that a scene is made of, and where each of them was included.
 
-use crate::files::{self, FileId, Root, Stamp};
+use crate::files::{self, FileId, Root, Stamp, Stamps};
 use crate::lang::lines::Lines;
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::params::{Decode, Decoded, Files};
@@ -92,7 +92,7 @@ struct Inputs {
     by_id: HashMap<FileId, InputFile>,
     by_path: HashMap<PathBuf, InputFile>,
     /// Each of them, those that could not be read too, as it was just before it was read first.
-    stamps: Vec<(PathBuf, Stamp)>,
+    stamps: Stamps,
 }
 
 impl SourceMap {
@@ -271,7 +271,7 @@ impl SourceMap {
     }
 
     /// All files that the scene has read or tried to read, as they were before.
-    pub fn stamps(&self) -> Vec<(PathBuf, Stamp)> {
+    pub fn stamps(&self) -> Stamps {
         self.inputs.lock().unwrap_or_else(PoisonError::into_inner).stamps.clone()
     }
 

@@ -130,9 +130,8 @@ impl Device {
 
 /// The version of the library that is loaded: 40400 is 4.4.0.
 pub fn version() -> Option<isize> {
-    let device = Device::new().ok()?;
     // SAFETY: the device is live.
-    Some(unsafe { rtcGetDeviceProperty(device.handle, RTCDeviceProperty::VERSION) })
+    Device::new().ok().map(|device| unsafe { rtcGetDeviceProperty(device.handle, RTCDeviceProperty::VERSION) })
 }
 
 impl Drop for Device {
