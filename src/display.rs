@@ -175,7 +175,7 @@ impl Sender {
                 if self.shared.lock().images.is_empty() {
                     return;
                 }
-                self.note(0, &format!("is not there yet ({error}); the picture is shown once it is"));
+                self.note(0, &format!("is not there ({error}); the picture is shown once it is"));
             }
         }
     }

@@ -6,6 +6,7 @@
 //! Programs that start this one may ask for lines that they can read ([`Form`]): then everything comes in that form, what is said to people
 //! too, and the last line says how it ended. No result depends on it.
 
+use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::fmt::Arguments;
 use std::io::Write;
@@ -39,9 +40,24 @@ fn said() -> MutexGuard<'static, Said> {
     SAID.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// The bar that is drawn on the same terminal, if one is.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// What is said from now on does not get in the way of this bar, or of none. A bar that is kept out of the way by others is none.
+pub fn keep_clear_of(bar: Option<&ProgressBar>) {
+    *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar.cloned();
+}
+
 /// A text that cannot be written is lost.
 fn put(text: &str) {
-    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+    let write = || {
+        let _ = std::io::stderr().lock().write_all(text.as_bytes());
+    };
+    let bar = BAR.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    match bar {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    }
 }
 
 /// Says everything in this form from now on, and that the program has begun.

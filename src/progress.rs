@@ -56,7 +56,11 @@ impl Progress {
         let tally = Arc::new(Tally::new(pictures, of_scenes));
         let shown = match form {
             ProgressForm::None => Shown::Nowhere,
-            ProgressForm::Tty => Shown::Bar(bar(pictures.iter().product())),
+            ProgressForm::Tty => {
+                let bar = bar(pictures.iter().product());
+                message::keep_clear_of(Some(&bar));
+                Shown::Bar(bar)
+            }
             ProgressForm::Lines | ProgressForm::Json | ProgressForm::Openjd => {
                 let (until, end) = mpsc::channel();
                 let of_thread = Arc::clone(&tally);
@@ -97,7 +101,12 @@ impl Progress {
     /// Does something that may write to standard error, without the bar.
     pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
         match &self.shown {
-            Shown::Bar(bar) => bar.suspend(work),
+            Shown::Bar(bar) => {
+                message::keep_clear_of(None);
+                let done = bar.suspend(work);
+                message::keep_clear_of(Some(bar));
+                done
+            }
             _ => work(),
         }
     }
@@ -133,6 +142,7 @@ impl Progress {
     /// Takes the bar away; no more lines come.
     pub fn finish(&self) {
         if let Shown::Bar(bar) = &self.shown {
+            message::keep_clear_of(None);
             bar.finish_and_clear();
         }
     }

@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 
 /// Time between two looks while nothing else is to be done.
 const LOOK: Duration = Duration::from_millis(250);
+/// Time between two questions whether to go on.
+const ASK: Duration = Duration::from_millis(30);
 /// For so long files stay as they are before they count as saved: programs write in pieces, and some remove a file and make it anew.
 const QUIET: Duration = Duration::from_millis(60);
 /// For so long a file that is gone is waited for, and files that do not stay as they are.
@@ -74,23 +76,46 @@ impl Watched {
         self.files.iter().find(|(path, stamp)| Stamp::of(path) != *stamp).map(|(path, _)| path.as_path())
     }
 
-    /// Sleeps for that time, or until something may have changed.
-    pub fn sleep(&self, time: Duration) {
-        if self.events.recv_timeout(time).is_err() && self.watcher.is_none() {
+    /// Sleeps for that time, or until the system says that something has changed; whether it does.
+    fn sleep(&self, time: Duration) -> bool {
+        let told = self.events.recv_timeout(time).is_ok();
+        if !told && self.watcher.is_none() {
             // Without a watcher the other end is gone, and nothing was waited for.
             thread::sleep(time);
         }
         while self.events.try_recv().is_ok() {}
+        told
     }
 
     /// Waits for a file that is not what it was.
     pub fn wait(&self) -> PathBuf {
         loop {
-            if let Some(path) = self.changed() {
-                return path.to_owned();
+            if let Some(path) = self.look(LOOK, || true) {
+                return path;
             }
-            self.sleep(LOOK);
         }
+    }
+
+    /// Waits for a file that is not what it was, as long as `goes_on` says so, which is asked often.
+    pub fn wait_while(&self, goes_on: impl Fn() -> bool) -> Option<PathBuf> {
+        self.look(ASK, goes_on)
+    }
+
+    /// The same, asking once each time.
+    fn look(&self, each: Duration, goes_on: impl Fn() -> bool) -> Option<PathBuf> {
+        let mut told = true;
+        let mut looked = Instant::now();
+        while goes_on() {
+            // There may be many files.
+            if told || looked.elapsed() >= LOOK {
+                looked = Instant::now();
+                if let Some(path) = self.changed() {
+                    return Some(path.to_owned());
+                }
+            }
+            told = self.sleep(each);
+        }
+        None
     }
 
     /// Waits until those who save files are done with it.

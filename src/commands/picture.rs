@@ -65,6 +65,7 @@ impl Session<'_> {
                 if self.is_finished(&state, &found, most) {
                     phases.end("render");
                     let rendered = state.rendered(Ended::Complete);
+                    progress.picture_done(rendered.samples, true);
                     // Whatever ended the program before may have come between the checkpoint and the pictures.
                     let hold = outputs.hold(built, &rendered);
                     let in_place = hold || outputs.write(built, &rendered, phases, args.quiet, rescue) == Kept::InPlace;

@@ -165,14 +165,7 @@ impl Watch<'_> {
         let stop = Signals::default();
         let drawing = std::thread::scope(|scope| {
             let drawing = scope.spawn(|| under.draw(&stop));
-            while !drawing.is_finished() {
-                watched.sleep(picture::LOOK);
-                if let Some(changed) = watched.changed() {
-                    stop.interrupt();
-                    return Some(changed.to_owned());
-                }
-            }
-            None
+            watched.wait_while(|| !drawing.is_finished()).inspect(|_| stop.interrupt())
         });
         drawing.unwrap_or_else(|| watched.wait())
     }

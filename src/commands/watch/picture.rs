@@ -4,16 +4,16 @@ use super::Watch;
 use crate::film::Framebuffer;
 use crate::image::Picture;
 use crate::lang::BuiltScene;
+use crate::message;
 use crate::output::OutputFile;
 use crate::progress::{Progress, ProgressForm};
 use crate::render::{Ended, Job, Limits, RenderState, coarse};
 use crate::say;
 use crate::signals::Signals;
+use serde_json::json;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// How often it is looked whether a file has changed.
-pub(super) const LOOK: Duration = Duration::from_millis(30);
 /// Side of the squares of the first impression (pixels).
 const SQUARE: u32 = 8;
 /// Time from the first impression to the next picture, which doubles from picture to picture ...
@@ -73,6 +73,14 @@ impl Under<'_> {
             display.end(&name, rendered.frame.picture().with_layers(&rendered.frame.layers()));
         }
         let seconds = start.elapsed().as_secs_f64();
+        let what = json!({
+            "output": self.file.path().to_string_lossy(),
+            "camera": built.camera_name,
+            "spp": rendered.samples,
+            "seconds": seconds,
+            "stopped": ended.name(),
+        });
+        message::event("picture", what);
         watch.say(&format!("{}: {} spp in {seconds:.1} s", self.file.path().display(), rendered.samples));
     }
 
