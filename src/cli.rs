@@ -1,14 +1,17 @@
 //! The command line: what can be typed.
 
+mod merge;
 mod show;
 mod values;
 mod watch;
 
+pub use merge::MergeArgs;
 pub use show::ShowArgs;
 pub use watch::WatchArgs;
 
 use crate::animation::FrameRange;
 use crate::lang::variables::FRAMES_PER_SECOND;
+use crate::parts::PartArgs;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -34,7 +37,7 @@ pub struct Cli {
 }
 
 /// What stands under the help of every command.
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 the scene or a file is at fault; 2 the command line is at fault; 130, 143, 129 stopped by \
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 the scene or a file is at fault; 2 the command line is at fault; 75 a part of a picture was stopped, and is kept for --resume; 130, 143, 129 stopped by \
                           Ctrl-C, SIGTERM, SIGHUP, with what was rendered written";
 
 /// The command line with all that stands in its help.
@@ -75,6 +78,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Render a scene anew whenever it, or anything that it reads, is saved: coarse first, to NAME.watch.png, until Ctrl-C
     Watch(Box<WatchArgs>),
+    /// Join parts of a picture that `render --samples` or `render --part` have made; exit 1, and no file, if one is missing or does not belong
+    Merge(MergeArgs),
     /// Parse and build scenes without rendering them; exit 1 on errors
     Check {
         /// The scenes; `-` reads standard input
@@ -191,6 +196,9 @@ pub struct RenderArgs {
     /// Write the picture as it is, with every checkpoint
     #[arg(long)]
     pub write_partial: bool,
+    /// Part of a picture
+    #[command(flatten)]
+    pub parts: PartArgs,
     /// Several frames
     #[command(flatten)]
     pub frames: FrameArgs,
@@ -203,7 +211,7 @@ pub struct RenderArgs {
     /// Only the camera of this name; all cameras of the scene if not given
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// Threads; all processors if not given
+    /// Threads; if not given, what SLURM_CPUS_PER_TASK says, or all processors
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// Part to render, as fractions of width and height
@@ -356,7 +364,7 @@ pub struct DenoiseArgs {
     /// EXR file to write; the PNG stands beside it
     #[arg(short, long, value_name = "OUT.exr")]
     pub output: PathBuf,
-    /// Threads; all processors if not given
+    /// Threads; if not given, what SLURM_CPUS_PER_TASK says, or all processors
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// Replace no file: end before denoising if one of the outputs is there

@@ -19,7 +19,9 @@ mod about;
 mod bench;
 mod denoise;
 mod frames;
+mod merge;
 mod outputs;
+mod part;
 mod picture;
 mod render;
 mod replay;
@@ -30,6 +32,7 @@ mod watch;
 pub use about::{completions, man, verbose_version};
 pub use bench::bench;
 pub use denoise::denoise;
+pub use merge::merge;
 use outputs::{Naming, Outputs};
 pub use render::{render, start};
 pub use trace::trace;
@@ -45,6 +48,8 @@ pub enum ExitStatus {
     Fault = 1,
     /// The command line is at fault.
     CommandLine = 2,
+    /// Stopped with a part of a picture under way, which is kept: the same command with `--resume` goes on (`EX_TEMPFAIL` of sysexits.h).
+    TryAgain = 75,
     /// The terminal is gone; what was rendered is written.
     HungUp = 129,
     /// Interrupted; what was rendered is written.
@@ -59,7 +64,7 @@ impl ExitStatus {
         match self {
             Self::Done => "done",
             Self::Fault | Self::CommandLine => "failed",
-            Self::HungUp | Self::Interrupted | Self::Terminated => "stopped",
+            Self::TryAgain | Self::HungUp | Self::Interrupted | Self::Terminated => "stopped",
         }
     }
 }
@@ -138,10 +143,14 @@ fn load_labelled(scene: &Path, overrides: &Overrides, common: &Common) -> Option
     }
 }
 
-/// As many threads as are asked for.
+/// The processors that Slurm lets a task have, where it has been told how many a task needs.
+const CPUS_OF_TASK: &str = "SLURM_CPUS_PER_TASK";
+
+/// As many threads as are asked for, or as Slurm gives.
 fn start_threads(threads: Option<u32>) -> Result<rayon::ThreadPool> {
     let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = threads {
+    let given = || std::env::var(CPUS_OF_TASK).ok()?.parse().ok().filter(|n| (1..=4096).contains(n));
+    if let Some(threads) = threads.or_else(given) {
         pool = pool.num_threads(threads as usize);
     }
     pool.build().context("cannot start the threads")

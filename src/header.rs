@@ -10,6 +10,7 @@ use bhs_core::camera::CameraMatrices;
 use exr::meta::attribute::{Chromaticities, Matrix4x4};
 use exr::prelude as exrs;
 use glam::{DAffine3, DMat4};
+use serde_json::{Value, json};
 
 /// The primaries and the white point of sRGB (IEC 61966-2-1; ITU-R BT.709).
 const SRGB: Chromaticities = Chromaticities {
@@ -19,26 +20,103 @@ const SRGB: Chromaticities = Chromaticities {
     white: exrs::Vec2(0.3127, 0.3290),
 };
 
+/// What the header says of a picture that does not depend on how far it has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// The hash of the scene.
+    pub scene: String,
+    /// The integrator's name.
+    pub integrator: String,
+    /// The light transport's name.
+    pub transport: String,
+    /// The camera's name, if it has one.
+    pub camera: Option<String>,
+    /// The scene's variables that come from outside, in words.
+    pub variables: String,
+    /// The seed.
+    pub seed: u64,
+    world_to_camera: Option<Matrix4x4>,
+    world_to_ndc: Option<Matrix4x4>,
+}
+
+impl Facts {
+    /// Those of the current picture of a scene.
+    pub fn of(built: &BuiltScene) -> Self {
+        let variables: Vec<String> = built.variables.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let matrices = built.camera.matrices().map(|CameraMatrices { camera_from_render, screen_from_camera }| {
+            let camera_from_world = camera_from_render * DAffine3::from_translation(-built.scene.world.origin);
+            let camera_from_world = DMat4::from(camera_from_world);
+            let screen_from_world = screen_from_camera.map(|screen_from_camera| screen_from_camera * camera_from_world);
+            (for_row_vectors(camera_from_world), screen_from_world.map(for_row_vectors))
+        });
+        Self {
+            scene: built.hash.clone(),
+            integrator: built.integrator_name.clone(),
+            transport: built.transport_name.clone(),
+            camera: built.camera_name.clone(),
+            variables: variables.join(" "),
+            seed: built.seed,
+            world_to_camera: matrices.map(|m| m.0),
+            world_to_ndc: matrices.and_then(|m| m.1),
+        }
+    }
+
+    /// As JSON.
+    pub fn to_json(&self) -> Value {
+        json!({
+            "scene": self.scene,
+            "integrator": self.integrator,
+            "transport": self.transport,
+            "camera": self.camera,
+            "variables": self.variables,
+            "seed": self.seed,
+            "world_to_camera": self.world_to_camera.map(|m| m.map(f64::from)),
+            "world_to_ndc": self.world_to_ndc.map(|m| m.map(f64::from)),
+        })
+    }
+
+    /// From JSON; `None` if it is none.
+    pub fn from_json(value: &Value) -> Option<Self> {
+        let text = |name: &str| value[name].as_str().map(str::to_owned);
+        let matrix = |name: &str| -> Option<Option<Matrix4x4>> {
+            if value[name].is_null() {
+                return Some(None);
+            }
+            let numbers = value[name].as_array()?.iter().map(|n| n.as_f64().map(|n| n as f32));
+            Some(Some(numbers.collect::<Option<Vec<f32>>>()?.try_into().ok()?))
+        };
+        Some(Self {
+            scene: text("scene")?,
+            integrator: text("integrator")?,
+            transport: text("transport")?,
+            camera: text("camera"),
+            variables: text("variables")?,
+            seed: value["seed"].as_u64()?,
+            world_to_camera: matrix("world_to_camera")?,
+            world_to_ndc: matrix("world_to_ndc")?,
+        })
+    }
+}
+
 /// What the header says of a picture that has been rendered.
-pub fn attributes(built: &BuiltScene, rendered: &Rendered) -> Vec<(String, Attribute)> {
+pub fn attributes(facts: &Facts, rendered: &Rendered) -> Vec<(String, Attribute)> {
     let mut all = Attributes(Vec::new());
-    all.standard(built, rendered);
+    all.standard(facts, rendered);
     let c = &rendered.counters;
     all.text("bhs:version", env!("CARGO_PKG_VERSION"));
-    all.text("bhs:scene", &built.hash);
-    all.text("bhs:integrator", &built.integrator_name);
-    all.text("bhs:transport", &built.transport_name);
-    if let Some(name) = &built.camera_name {
+    all.text("bhs:scene", &facts.scene);
+    all.text("bhs:integrator", &facts.integrator);
+    all.text("bhs:transport", &facts.transport);
+    if let Some(name) = &facts.camera {
         all.text("bhs:camera", name);
     }
-    if !built.variables.is_empty() {
-        let words: Vec<String> = built.variables.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        all.text("bhs:variables", &words.join(" "));
+    if !facts.variables.is_empty() {
+        all.text("bhs:variables", &facts.variables);
     }
-    all.number("bhs:seed", built.seed as f64);
-    if u128::from(built.seed) != built.seed as f64 as u128 {
+    all.number("bhs:seed", facts.seed as f64);
+    if u128::from(facts.seed) != facts.seed as f64 as u128 {
         // Double precision, the widest number that OpenEXR has, holds all whole numbers up to 2^53.
-        all.text("bhs:seedDigits", &built.seed.to_string());
+        all.text("bhs:seedDigits", &facts.seed.to_string());
     }
     all.number("bhs:spp", f64::from(rendered.samples));
     all.number("bhs:firstSample", 0.0);
@@ -79,15 +157,11 @@ impl Attributes {
     }
 
     /// Those that OpenEXR names.
-    fn standard(&mut self, built: &BuiltScene, rendered: &Rendered) {
+    fn standard(&mut self, facts: &Facts, rendered: &Rendered) {
         self.put("chromaticities", Attribute::Chromaticities(SRGB));
-        if let Some(matrices) = built.camera.matrices() {
-            let CameraMatrices { camera_from_render, screen_from_camera } = matrices;
-            let camera_from_world = camera_from_render * DAffine3::from_translation(-built.scene.world.origin);
-            let camera_from_world = DMat4::from(camera_from_world);
-            self.put("worldToCamera", Attribute::Matrix(for_row_vectors(camera_from_world)));
-            if let Some(screen_from_camera) = screen_from_camera {
-                self.put("worldToNDC", Attribute::Matrix(for_row_vectors(screen_from_camera * camera_from_world)));
+        for (name, matrix) in [("worldToCamera", facts.world_to_camera), ("worldToNDC", facts.world_to_ndc)] {
+            if let Some(matrix) = matrix {
+                self.put(name, Attribute::Matrix(matrix));
             }
         }
         let now = chrono::Local::now();
@@ -97,8 +171,8 @@ impl Attributes {
             "bhs {}: {} samples a pixel by `{}` along `{}` in {:.1} s",
             env!("CARGO_PKG_VERSION"),
             rendered.samples,
-            built.transport_name,
-            built.integrator_name,
+            facts.transport,
+            facts.integrator,
             rendered.seconds,
         );
         self.text("comments", &comments);

@@ -28,6 +28,8 @@ pub struct Job<'a> {
     pub sampler: &'a dyn Sampler,
     /// The method.
     pub transport: &'a dyn LightTransport,
+    /// The first sample of each pixel: not 0 in parts of pictures.
+    pub first_sample: u32,
 }
 
 impl<'a> Job<'a> {
@@ -42,6 +44,7 @@ impl<'a> Job<'a> {
             filter: &*built.filter,
             sampler: &*built.sampler,
             transport: &*built.transport,
+            first_sample: 0,
         }
     }
 }

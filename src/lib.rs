@@ -26,6 +26,7 @@ pub mod memory;
 pub mod message;
 pub mod not_finite;
 pub mod output;
+pub mod parts;
 pub mod plot;
 pub mod plugins_table;
 pub mod point_picture;

@@ -51,6 +51,10 @@ fn run(cli: &Cli) -> Result<ExitStatus> {
             message::begin(args.show.messages(), commands::start(&[&args.scene]));
             commands::watch(args, common, &Signals::listen())
         }
+        Command::Merge(args) => {
+            message::begin(args.messages(), commands::start(&args.parts));
+            commands::merge(args, common)
+        }
         Command::Check { scenes, json, definitions } => commands::check(scenes, definitions, *json, common),
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man { command } => commands::man(command.as_deref()),

@@ -1,7 +1,7 @@
 //! The render loop: waves of samples over tiles, in parallel, the same bytes for any number of threads.
 //!
-//! A pixel's samples are added in their order, each wave going on where the last one ended; a sample depends on nothing but
-//! (seed, pixel, index), and for transports that learn on its wave. An interruption ends a wave between samples: the picture so far is
+//! A sample depends on nothing but (seed, pixel, index), and for transports that learn on its wave; sums are exact, so that they do not depend on
+//! the order of samples, and parts of a picture add up to the whole. An interruption ends a wave between samples: the picture so far is
 //! whole, if noisier in places, and a render that is resumed goes on there.
 
 mod coarse;
@@ -108,7 +108,8 @@ impl TileWork<'_> {
         let [lo, hi] = job.film.lambda_range();
         let wavelengths = VisibleWavelengths::new(lo, hi);
         let variance = variance_at(job.layers);
-        let TileProgress { done, end, position } = tile.progress;
+        let mut brought = vec![0.0; channels];
+        let TileProgress { first, done, end, position } = tile.progress;
         let samples = end.saturating_sub(done).max(1) as usize;
         // Pixel after pixel.
         let all = tile.weights.len() * samples;
@@ -128,22 +129,21 @@ impl TileWork<'_> {
                 if let Some(layers) = self.layers {
                     tile.add_layers(pixel, job.layers, layers.values(path, seen.camera_ratio()), f64::from(seen.weight));
                 }
-                let sums = &mut tile.sums[pixel * channels..][..channels];
-                let before = variance.map(|_| color(sums));
-                let weight = seen.add(job, path, sums, &mut log).unwrap_or_else(|| {
-                    not_finite.insert(seen.id);
-                    0.0
-                });
-                if let Some((at, before)) = variance.zip(before).filter(|_| weight != 0.0) {
-                    let after = color(sums);
-                    let sample = std::array::from_fn(|c| (after[c] - before[c]) / weight);
-                    tile.add_variance(pixel, at, sample);
+                // Each sample by itself, so that its numbers do not depend on those before it.
+                brought.fill(0.0);
+                match seen.add(job, path, &mut brought, &mut log) {
+                    Some(weight) => {
+                        tile.add_color(pixel, &brought, weight);
+                        if let Some(at) = variance.filter(|_| weight != 0.0) {
+                            tile.add_variance(pixel, at, color(&brought).map(|sum| sum / weight));
+                        }
+                    }
+                    None => not_finite.insert(seen.id),
                 }
-                tile.weights[pixel] += weight;
             }
             tile.progress.position += paths.len() as u32;
             if tile.progress.position as usize >= all {
-                tile.progress = TileProgress { done: end, end, position: 0 };
+                tile.progress = TileProgress { first, done: end, end, position: 0 };
             }
             seen.clear();
             paths.clear();

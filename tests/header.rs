@@ -12,7 +12,7 @@ use std::io::Cursor;
 fn header_of(built: &BuiltScene) -> Header {
     let rendered = common::render(built);
     let mut bytes = Cursor::new(Vec::new());
-    let attributes = header::attributes(built, &rendered);
+    let attributes = header::attributes(&header::Facts::of(built), &rendered);
     rendered.frame.picture().write_exr(&mut bytes, &attributes).expect("in memory");
     bytes.set_position(0);
     let meta = exr::meta::MetaData::read_from_buffered(bytes, false).expect("an EXR file");
@@ -116,7 +116,7 @@ fn a_file_has_the_names_that_other_programs_look_for() {
     let built = common::build(&scene(CAMERAS[0]));
     let rendered = common::render(&built);
     let mut bytes = Cursor::new(Vec::new());
-    let attributes = header::attributes(&built, &rendered);
+    let attributes = header::attributes(&header::Facts::of(&built), &rendered);
     rendered.frame.picture().write_exr(&mut bytes, &attributes).expect("in memory");
     let bytes = bytes.into_inner();
     for (name, kind) in [

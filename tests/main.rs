@@ -39,6 +39,7 @@ mod optics;
 mod outputs;
 mod outside;
 mod pages;
+mod parts;
 mod pbrt_facts;
 mod point_light;
 mod progress;

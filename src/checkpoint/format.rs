@@ -14,7 +14,7 @@ use std::io::{ErrorKind, Read, Write};
 /// The first bytes of the file. As those of PNG, they do not survive what breaks binary files on their way.
 const SIGNATURE: [u8; 8] = *b"\x89BHS\r\n\x1a\n";
 /// The version of the format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// What a section is: four letters.
 pub type SectionKind = [u8; 4];
@@ -28,6 +28,9 @@ pub enum ReadError {
     /// It is not what was written.
     #[error("{0}")]
     Damaged(String),
+    /// It is a part of what was written.
+    #[error("it ends early")]
+    CutShort,
     /// It is written by a program that knows more.
     #[error("it has version {0} of the format, and this program knows version {VERSION}")]
     Version(u32),
@@ -71,11 +74,19 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// If it is no such file.
-    pub fn new(mut from: R) -> Result<Self, ReadError> {
+    pub fn new(from: R) -> Result<Self, ReadError> {
+        Self::of("checkpoint", from)
+    }
+
+    /// Begins with a file that is `what`, in words.
+    ///
+    /// # Errors
+    /// If it is no such file.
+    pub fn of(what: &str, mut from: R) -> Result<Self, ReadError> {
         let mut signature = [0; 8];
         read_exact(&mut from, &mut signature)?;
         if signature != SIGNATURE {
-            return Err(ReadError::Damaged("it is no checkpoint".to_owned()));
+            return Err(ReadError::Damaged(format!("it is no {what}")));
         }
         let mut version = [0; 4];
         read_exact(&mut from, &mut version)?;
@@ -107,6 +118,17 @@ impl<R: Read> Reader<R> {
         }
         Ok((kind, content))
     }
+
+    /// Makes sure that nothing comes after the last section.
+    ///
+    /// # Errors
+    /// If something does.
+    pub fn end(mut self) -> Result<(), ReadError> {
+        match self.0.read(&mut [0])? {
+            0 => Ok(()),
+            _ => Err(ReadError::Damaged("something comes after its end".to_owned())),
+        }
+    }
 }
 
 fn read_exact(from: &mut impl Read, into: &mut [u8]) -> Result<(), ReadError> {
@@ -114,5 +136,5 @@ fn read_exact(from: &mut impl Read, into: &mut [u8]) -> Result<(), ReadError> {
 }
 
 fn ended_early() -> ReadError {
-    ReadError::Damaged("it ends early".to_owned())
+    ReadError::CutShort
 }

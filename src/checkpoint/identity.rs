@@ -26,6 +26,11 @@ const PARTS: &[(&str, &str)] = &[
 impl Identity {
     /// That of the current camera of a scene.
     pub fn of(built: &BuiltScene) -> Self {
+        Self::of_window(built, built.film.crop(), 0)
+    }
+
+    /// The same of a window of its film, from a sample on.
+    pub fn of_window(built: &BuiltScene, window: [u32; 4], first_sample: u32) -> Self {
         let film = &*built.film;
         let layers: Vec<&str> = built.layers.iter().map(|layer| layer.name).collect();
         Self(json!({
@@ -36,13 +41,25 @@ impl Identity {
             "integrator": built.integrator_name,
             "transport": built.transport_name,
             "resolution": film.resolution(),
-            "window": film.crop(),
+            "window": window,
             "channels": film.channels(),
             "layers": layers,
             "wavelengths": film.lambda_range(),
-            "first_sample": 0,
+            "first_sample": first_sample,
             "samples": built.sampler.samples_per_pixel(),
         }))
+    }
+
+    /// As a value of JSON.
+    pub fn value(&self) -> &Value {
+        &self.0
+    }
+
+    /// What two pictures of the same scene differ in, in words, but for the parts that `ignored` names; `None` if in nothing else.
+    pub fn first_difference(&self, other: &Self, ignored: &[&str]) -> Option<String> {
+        let parts = PARTS.iter().chain(&[("samples", "number of samples a pixel")]);
+        let differing = parts.filter(|(key, _)| !ignored.contains(key)).find(|(key, _)| self.0[*key] != other.0[*key]);
+        differing.map(|(key, name)| format!("it is of another {name}: {}, not {}", words(&other.0[*key]), words(&self.0[*key])))
     }
 
     /// As JSON.

@@ -65,7 +65,7 @@ impl From<ReadError> for Refusal {
         match error {
             ReadError::Io(e) if e.kind() == ErrorKind::NotFound => Self::Missing,
             ReadError::Version(_) => Self::Other(error.to_string()),
-            ReadError::Io(_) | ReadError::Damaged(_) => Self::Damaged(error.to_string()),
+            ReadError::Io(_) | ReadError::Damaged(_) | ReadError::CutShort => Self::Damaged(error.to_string()),
         }
     }
 }
@@ -237,13 +237,15 @@ pub fn read(from: impl Read, identity: &Identity, fixed_samples: bool, state: &m
     Ok(())
 }
 
-fn statistics(snapshot: &Snapshot) -> Value {
+/// What a snapshot has counted, as JSON.
+pub(crate) fn statistics(snapshot: &Snapshot) -> Value {
     let counts: serde_json::Map<_, _> = snapshot.counters.named().map(|(name, n)| (name.to_owned(), json!(n))).collect();
     let samples = snapshot.not_finite.iter().map(|s| json!([s.pixel[0], s.pixel[1], s.sample])).collect::<Vec<_>>();
     json!({ "waves": snapshot.waves, "seconds": snapshot.seconds, "counts": counts, "samples_not_finite": samples })
 }
 
-fn from_statistics(text: &[u8]) -> Option<Snapshot> {
+/// What [`statistics`] has made JSON of; `None` if it is not that.
+pub(crate) fn from_statistics(text: &[u8]) -> Option<Snapshot> {
     let value: Value = serde_json::from_slice(text).ok()?;
     let mut counters = Counters::default();
     for (name, count) in value["counts"].as_object()? {

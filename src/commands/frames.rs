@@ -1,6 +1,7 @@
 //! `bhs render SCENE --frames A-B`: a picture for each frame and each camera.
 
 use super::outputs::{Naming, Outputs, with_infix};
+use super::part;
 use super::picture::{Session, samples};
 use super::render::refuse;
 use super::{Common, ExitStatus, show, start_threads};
@@ -179,7 +180,7 @@ impl Film<'_> {
             let naming = Naming::of(args).of_frame(frame);
             let names: Vec<PathBuf> = cameras.iter().map(|camera| naming.exr_of(built, *camera).0).collect();
             reels.iter_mut().zip(&names).for_each(|(reel, exr)| reel.frames.push(exr.with_extension("png")));
-            let pictures = if args.frames.skip_existing && names.iter().all(|exr| is_complete(exr)) {
+            let pictures = if args.frames.skip_existing && names.iter().all(|exr| is_complete(exr, args.parts.is_given())) {
                 there.push(frame);
                 Vec::new()
             } else {
@@ -232,7 +233,7 @@ impl Film<'_> {
         let args = self.args;
         let pool = start_threads(args.threads)?;
         let pictures: usize = frames.iter().map(|f| f.pictures.len()).sum();
-        let a_picture = samples(&built);
+        let a_picture = samples(&built, part::cover(args, &built).map_err(anyhow::Error::msg)?);
         let form = ProgressForm::choose(args.show.progress, args.quiet);
         let progress = Progress::new([a_picture, pictures as u64], form, args.of_scenes);
         let rescue = Rescue::beside(&args.scene, self.common.root.as_ref());
@@ -277,7 +278,7 @@ impl Film<'_> {
                             "stopped in frame {frame}; the frames before it are complete, and --skip-existing goes on behind them"
                         );
                     }
-                    return Ok(if status == ExitStatus::Done { signal.into() } else { status });
+                    return Ok(part::stopped(args, status, signal));
                 }
                 done += 1;
                 phases = Phases::default();
@@ -316,7 +317,11 @@ impl Film<'_> {
 }
 
 /// Whether a picture is there with all samples that it was to have.
-fn is_complete(exr: &Path) -> bool {
+fn is_complete(exr: &Path, is_part: bool) -> bool {
+    if is_part {
+        // Whole or not there.
+        return exr.exists();
+    }
     let is_done = || header::stopped(exr).is_none_or(|why| [Ended::Complete.name(), Ended::TimeOver.name()].contains(&&*why));
     exr.exists() && exr.with_extension("png").exists() && is_done()
 }

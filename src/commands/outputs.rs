@@ -1,5 +1,6 @@
 //! The files of a picture: their names, and how they are written.
 
+use super::part;
 use super::render::{closing_words, stats_json};
 use crate::animation::digits;
 use crate::bloom;
@@ -7,15 +8,17 @@ use crate::checkpoint::previous;
 use crate::cli::RenderArgs;
 use crate::false_color::{self, FalseColor};
 use crate::files::FileId;
-use crate::header;
+use crate::header::{self, Facts};
 use crate::image::{self, Attribute, Picture};
 use crate::lang::BuiltScene;
 use crate::layers::LayerPicture;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue, Writer};
+use crate::parts::PartArgs;
 use crate::render::Rendered;
 use crate::say;
 use crate::stats::Phases;
 use anyhow::Result;
+use bhs_core::camera::Film;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_engine::layer::NamedLayer;
 use std::ffi::OsString;
@@ -61,6 +64,11 @@ impl<'a> Naming<'a> {
     /// The same of one of several frames.
     pub fn of_frame(self, frame: u32) -> Self {
         Self { frame: Some(frame), ..self }
+    }
+
+    /// Which part of a picture is rendered, if it is one.
+    fn part(&self) -> Option<&'a PartArgs> {
+        self.args.map(|args| &args.parts).filter(|parts| parts.is_given())
     }
 
     /// The name of one of several frames.
@@ -115,14 +123,22 @@ impl<'a> Naming<'a> {
         // The only picture is called what the command line says.
         let camera = camera.filter(|_| !(one && self.output.is_some()));
         let path = camera.map_or(path.clone(), |camera| with_infix(&path, camera));
-        (self.numbered(self.quickened(path)), by)
+        let path = self.numbered(self.quickened(path));
+        match self.part().and_then(PartArgs::label) {
+            // The only part is called what the command line says.
+            Some(label) if self.output.is_none() => (with_infix(&path, &label).with_extension(part::ENDING), by),
+            _ => (path, by),
+        }
     }
 }
 
 /// The files of one picture.
 pub(super) struct Outputs {
     exr: OutputFile,
-    png: OutputFile,
+    /// None beside a part.
+    png: Option<OutputFile>,
+    /// The number of the frame, if it is one of several.
+    pub frame: Option<u32>,
     /// A false-colour picture for each layer, if they are asked for.
     shown: Vec<OutputFile>,
     stats: Option<OutputFile>,
@@ -142,9 +158,14 @@ impl Outputs {
         let one = built.camera_names().count() == 1;
         let (exr_path, by) = naming.exr_of(built, camera);
         let own_name = |path: &Path| naming.own_name(path, camera.filter(|_| !one));
-        if exr_path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-            let message = format!("cannot write `{}`: the output's name ends in .exr", exr_path.display());
-            let refused = Diagnostic::error("output-not-exr", message).help("a .png is written beside it");
+        let is_part = naming.part().is_some();
+        let (ending, help) = match is_part {
+            true => (part::ENDING, "a part of a picture holds sums; `bhs merge` makes pictures of parts"),
+            false => ("exr", "a .png is written beside it"),
+        };
+        if exr_path.extension().is_none_or(|e| !e.eq_ignore_ascii_case(ending)) {
+            let message = format!("cannot write `{}`: the output's name ends in .{ending}", exr_path.display());
+            let refused = Diagnostic::error("output-not-exr", message).help(help);
             plan.refuse(match by {
                 NamedBy::Scene(Some(span)) => refused.at(span, ""),
                 _ => refused,
@@ -152,11 +173,11 @@ impl Outputs {
             return None;
         }
         let layers: &[NamedLayer] = if naming.false_color { &built.layers } else { &[] };
-        let png = exr_path.with_extension("png");
+        let png = (!is_part).then(|| exr_path.with_extension("png"));
         let shown: Vec<PathBuf> = layers.iter().map(|l| false_color::path(&exr_path, l.name)).collect();
         let stats = naming.stats.map(own_name);
         if naming.no_overwrite {
-            let all = [&exr_path, &png].into_iter().chain(&shown).chain(&stats);
+            let all = [&exr_path].into_iter().chain(&png).chain(&shown).chain(&stats);
             let there: Vec<_> = all.filter(|path| std::fs::symlink_metadata(path).is_ok()).collect();
             for path in &there {
                 let message = format!("`{}` is there already, and --no-overwrite is given", path.display());
@@ -172,18 +193,21 @@ impl Outputs {
             let file = plan.claim(path, by)?;
             Some(if naming.no_overwrite { file.never_replacing() } else { file })
         };
-        let png = claim(&png, by);
+        let png = png.map(|path| claim(&path, by));
         let shown: Vec<_> = shown.iter().map(|path| claim(path, by)).collect();
         let stats = stats.map(|path| claim(&path, NamedBy::CommandLine));
+        if let Some(Err(why)) = naming.args.map(|args| part::cover(args, built)) {
+            plan.refuse(Diagnostic::error("no-part", why));
+        }
         let checkpoint = naming.args.and_then(|args| {
             let is_named = matches!(args.checkpoint, Some(Some(_)));
             let path = args.checkpoint_for(&exr_path, own_name);
             path.map(|path| claim_checkpoint(plan, &path, if is_named { NamedBy::CommandLine } else { by }))
         });
         let shown = shown.into_iter().collect::<Option<_>>()?;
-        let (stats, checkpoint) = (none_or(stats)?, none_or(checkpoint)?);
+        let (png, stats, checkpoint) = (none_or(png)?, none_or(stats)?, none_or(checkpoint)?);
         let exr = if naming.no_overwrite { exr.never_replacing() } else { exr };
-        Some(Self { exr, png: png?, shown, stats, checkpoint, is_written: AtomicBool::new(false) })
+        Some(Self { exr, png, frame: naming.frame, shown, stats, checkpoint, is_written: AtomicBool::new(false) })
     }
 
     /// Makes sure that all of them can be written.
@@ -191,8 +215,9 @@ impl Outputs {
     /// # Errors
     /// Says why not.
     pub fn probe(&self) -> Result<()> {
-        [&self.exr, &self.png]
+        [&self.exr]
             .into_iter()
+            .chain(&self.png)
             .chain(&self.shown)
             .chain(&self.stats)
             .chain(&self.checkpoint)
@@ -209,6 +234,11 @@ impl Outputs {
         self.checkpoint.as_ref().map(OutputFile::path)
     }
 
+    /// The file of a part, and its statistics, if they are asked for.
+    pub fn part_files(&self) -> (&OutputFile, Option<&OutputFile>) {
+        (&self.exr, self.stats.as_ref())
+    }
+
     /// Whether the pictures that stand there are these.
     pub fn hold(&self, built: &BuiltScene, rendered: &Rendered) -> bool {
         let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
@@ -220,7 +250,7 @@ impl Outputs {
             let colors = FalseColor::new(layer);
             is(file.path(), &|to| image::write_png(to, picture.size, colors.pixels().as_flattened()))
         });
-        let png = || is(self.png.path(), &|to| write_png(to, &picture, built));
+        let png = || self.png.as_ref().is_none_or(|png| is(png.path(), &|to| write_png(to, &picture, &*built.film)));
         let stats = || self.stats.as_ref().is_none_or(|file| file.path().exists());
         shown && png() && stats() && {
             let picture = picture.with_layers(&layers);
@@ -234,9 +264,11 @@ impl Outputs {
     /// If they cannot be written.
     pub fn write_partial(&self, built: &BuiltScene, rendered: &Rendered) -> Result<()> {
         let picture = rendered.frame.picture();
-        let (layers, attributes) = (rendered.frame.layers(), header::attributes(built, rendered));
+        let (layers, attributes) = (rendered.frame.layers(), header::attributes(&Facts::of(built), rendered));
         let mut set = OutputSet::new();
-        set.add(self.as_far_as_mine(&self.png), |to| write_png(to, &picture, built));
+        if let Some(png) = &self.png {
+            set.add(self.as_far_as_mine(png), |to| write_png(to, &picture, &*built.film));
+        }
         set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
         set.write_in_place()?;
         self.is_written.store(true, Ordering::Relaxed);
@@ -252,10 +284,12 @@ impl Outputs {
     pub fn write(&self, built: &BuiltScene, rendered: &Rendered, phases: &mut Phases, quiet: bool, rescue: &Rescue) -> Kept {
         let exr_path = self.exr.path().to_owned();
         let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
-        let attributes = header::attributes(built, rendered);
+        let attributes = header::attributes(&Facts::of(built), rendered);
         let size = picture.size;
         let mut set = OutputSet::new();
-        set.add(self.as_far_as_mine(&self.png), |to| write_png(to, &picture, built));
+        if let Some(png) = &self.png {
+            set.add(self.as_far_as_mine(png), |to| write_png(to, &picture, &*built.film));
+        }
         for (file, layer) in self.shown.iter().zip(&layers) {
             let colors = FalseColor::new(layer);
             if !quiet {
@@ -311,12 +345,17 @@ fn none_or<T>(claimed: Option<Option<T>>) -> Option<Option<T>> {
 }
 
 /// Writes the colours as they are displayed.
-pub(super) fn write_png(to: impl Write, picture: &Picture, built: &BuiltScene) -> Result<()> {
-    bloom::with_glare(picture, built.film.bloom()).write_png(to, |pixel| built.film.display(pixel))
+pub(super) fn write_png(to: impl Write, picture: &Picture, film: &dyn Film) -> Result<()> {
+    bloom::with_glare(picture, film.bloom()).write_png(to, |pixel| film.display(pixel))
 }
 
 /// Writes colours and layers as EXR.
-fn write_exr(to: &mut Writer, picture: &Picture, layers: &[LayerPicture], attributes: &[(String, Attribute)]) -> Result<()> {
+pub(super) fn write_exr(
+    to: &mut Writer,
+    picture: &Picture,
+    layers: &[LayerPicture],
+    attributes: &[(String, Attribute)],
+) -> Result<()> {
     match layers.is_empty() {
         true => picture.write_exr(to, attributes),
         false => picture.clone().with_layers(layers).write_exr(to, attributes),

@@ -1,6 +1,7 @@
 //! One picture of `bhs render`: from the first sample, or from a checkpoint, to its files.
 
 use super::outputs::Outputs;
+use super::part;
 use super::render::stats_json;
 use super::replay::{self, PictureId};
 use super::{is_closed_pipe, print};
@@ -11,12 +12,14 @@ use crate::lang::BuiltScene;
 use crate::message;
 use crate::not_finite::{self, SampleId};
 use crate::output::{Kept, Rescue};
+use crate::parts::{Cover, Windowed};
 use crate::progress::Progress;
 use crate::render::{Ended, Job, Limits, RenderState, Rendered};
 use crate::say;
 use crate::signals::Signals;
 use crate::stats::Phases;
 use anyhow::Result;
+use bhs_core::camera::Film;
 use serde_json::json;
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -43,9 +46,17 @@ pub(super) struct Session<'s> {
 
 impl Session<'_> {
     /// The checkpoint of the picture `exr` of the current camera, if there is to be one.
-    fn checkpoint(&self, built: &BuiltScene, outputs: &Outputs) -> Option<CheckpointFile> {
+    fn checkpoint(&self, built: &BuiltScene, part: Option<Cover>, outputs: &Outputs) -> Option<CheckpointFile> {
         let path = outputs.checkpoint()?;
-        Some(CheckpointFile::new(path.to_owned(), Identity::of(built), built.sampler.depends_on_count()))
+        Some(self.checkpoint_at(path, built, part))
+    }
+
+    fn checkpoint_at(&self, path: &Path, built: &BuiltScene, part: Option<Cover>) -> CheckpointFile {
+        let identity = match part {
+            None => Identity::of(built),
+            Some(Cover { window, samples: [first, _] }) => Identity::of_window(built, window, first),
+        };
+        CheckpointFile::new(path.to_owned(), identity, built.sampler.depends_on_count())
     }
 
     /// Renders the picture of the current camera and writes its files. How it ended, and whether all files are in their places.
@@ -54,10 +65,22 @@ impl Session<'_> {
     /// If a checkpoint cannot be resumed, or a file cannot be written.
     pub fn render(&self, built: &BuiltScene, outputs: Outputs, phases: &mut Phases) -> Result<(Ended, bool)> {
         let Self { args, signals, pool, ref rescue, progress, .. } = *self;
-        let checkpoint = self.checkpoint(built, &outputs);
-        let most = built.sampler.samples_per_pixel();
+        let part = part::cover(args, built).map_err(anyhow::Error::msg)?;
+        let checkpoint = self.checkpoint(built, part, &outputs);
+        if args.resume
+            && let Some(cover) = part
+            && part::is_there(built, cover, &outputs, args.quiet)
+        {
+            progress.skip(cover.size());
+            progress.picture_done(cover.samples[1], true);
+            return Ok((Ended::Complete, true));
+        }
+        let most = part.map_or(built.sampler.samples_per_pixel(), |cover| cover.samples[1]);
+        let windowed = part.map(|cover| Windowed::new(&*built.film, cover.window));
+        let film: &dyn Film = windowed.as_ref().map_or(&*built.film, |windowed| windowed);
+        let first_sample = part.map_or(0, |cover| cover.samples[0]);
         let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
-        let new = || pool.install(|| RenderState::new(Job::of(built)));
+        let new = || pool.install(|| RenderState::new(Job { film, first_sample, ..Job::of(built) }));
         let state = match checkpoint.as_ref().filter(|_| args.resume) {
             None => new()?,
             Some(file) => {
@@ -66,6 +89,10 @@ impl Session<'_> {
                     phases.end("render");
                     let rendered = state.rendered(Ended::Complete);
                     progress.picture_done(rendered.samples, true);
+                    if let Some(cover) = part {
+                        let in_place = part::write(built, cover, &rendered, (&outputs, checkpoint.as_ref()), phases, self);
+                        return Ok((Ended::Complete, in_place));
+                    }
                     // Whatever ended the program before may have come between the checkpoint and the pictures.
                     let hold = outputs.hold(built, &rendered);
                     let in_place = hold || outputs.write(built, &rendered, phases, args.quiet, rescue) == Kept::InPlace;
@@ -89,13 +116,13 @@ impl Session<'_> {
             ended
         });
         phases.end("render");
-        progress.aside(|| self.keep(built, (&state, ended), (&outputs, checkpoint.as_ref()), phases))
+        progress.aside(|| self.keep((built, part), (&state, ended), (&outputs, checkpoint.as_ref()), phases))
     }
 
     /// Writes what has been rendered. How it ended, and whether all files are in their places.
     fn keep(
         &self,
-        built: &BuiltScene,
+        (built, part): (&BuiltScene, Option<Cover>),
         (state, ended): (&RenderState, Ended),
         (outputs, checkpoint): (&Outputs, Option<&CheckpointFile>),
         phases: &mut Phases,
@@ -107,8 +134,13 @@ impl Session<'_> {
             }
             return Ok((ended, true));
         }
+        // A part is whole or not there: of one that was stopped there is what it can go on from.
+        let of_part = part.filter(|_| ended != Ended::Complete);
+        let own = of_part.map(|_| self.checkpoint_at(&outputs.exr_path().with_extension("checkpoint"), built, part));
+        let checkpoint = checkpoint.or(own.as_ref());
         // First what the render can go on from. The picture is written whether or not that succeeds.
-        let saved = checkpoint.map_or(Ok(()), |file| file.save(state));
+        let saved = checkpoint.filter(|_| part.is_none() || of_part.is_some());
+        let saved = saved.map_or(Ok(()), |file| file.save(state));
         phases.end("checkpoint");
         if let Err(error) = &saved {
             say!("error: {error:#}");
@@ -119,6 +151,18 @@ impl Session<'_> {
         let replay = |sample: &SampleId| replay::command(args, picture, sample);
         let (count, first) = (rendered.counters.not_finite, &rendered.not_finite);
         not_finite::warnings(count, first, &rendered.frame, built.seed, replay).iter().for_each(|line| say!("{line}"));
+        if let Some(cover) = part {
+            if ended == Ended::Complete {
+                let in_place = part::write(built, cover, &rendered, (outputs, checkpoint), phases, self);
+                return Ok((ended, in_place));
+            }
+            if saved.is_ok()
+                && let Some(file) = checkpoint
+            {
+                say!("stopped: what there is of the part is kept in `{}`, and --resume goes on", file.path().display());
+            }
+            return Ok((ended, saved.is_ok()));
+        }
         let kept = outputs.write(built, &rendered, phases, args.quiet, &self.rescue);
         let told = self.announce(built, (outputs, &rendered), phases, kept == Kept::InPlace);
         Ok((ended, saved.is_ok() && kept == Kept::InPlace && told))
@@ -191,10 +235,9 @@ impl Session<'_> {
     }
 }
 
-/// Samples of a whole picture, all pixels together.
-pub(super) fn samples(built: &BuiltScene) -> u64 {
-    let [x0, x1, y0, y1] = built.film.crop();
-    u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(built.sampler.samples_per_pixel())
+/// Samples of a picture, or of a part of it, all pixels together.
+pub(super) fn samples(built: &BuiltScene, part: Option<Cover>) -> u64 {
+    part.unwrap_or_else(|| Cover::whole(&*built.film, built.sampler.samples_per_pixel())).size()
 }
 
 /// Saves a render while it goes on: at intervals, and when somebody asks for it.

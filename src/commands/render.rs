@@ -2,6 +2,7 @@
 
 use super::frames::{self, Film};
 use super::outputs::{Naming, Outputs};
+use super::part;
 use super::picture::{Session, samples};
 use super::{Common, ExitStatus, load, overrides, replay, several, show, start_threads};
 use crate::cli::RenderArgs;
@@ -11,6 +12,7 @@ use crate::memory;
 use crate::memory::picture::TooLarge;
 use crate::not_finite::{self, SampleId};
 use crate::output::{self, Plan, Rescue};
+use crate::parts::Windowed;
 use crate::point_picture::PointCounters;
 use crate::progress::{Progress, ProgressForm};
 use crate::render::{Ended, Rendered};
@@ -18,6 +20,7 @@ use crate::say;
 use crate::signals::Signals;
 use crate::stats::{Phases, counters_to_json, missed_connections, peak_memory, points_to_json};
 use anyhow::Result;
+use bhs_core::camera;
 use serde_json::json;
 use std::path::Path;
 use std::sync::Arc;
@@ -52,7 +55,8 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
         camera: args.camera.clone(),
         spp: args.spp,
         resolution: args.resolution,
-        crop: args.crop,
+        // That of a part is a window of the picture, which stays whole.
+        crop: args.crop.filter(|_| !args.parts.is_given()),
         layers: args.aov.clone(),
         quick: args.quick,
         ..overrides(&args.scene_args)
@@ -60,7 +64,12 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     if let (Some(pixel), Some(sample)) = (args.pixel, args.sample) {
         return replay::replay(args, &overrides, SampleId { pixel, sample }, common);
     }
-    let overrides = Overrides { too_large: TooLarge::Refuse, ..overrides };
+    if let Some(why) = part::unfit(args) {
+        say!("error: {why}");
+        return Ok(ExitStatus::CommandLine);
+    }
+    let too_large = if args.parts.is_given() { TooLarge::Ignore } else { TooLarge::Refuse };
+    let overrides = Overrides { too_large, ..overrides };
     if let Some(range) = args.frames.range {
         return frames::render(&Film { args, range, overrides, common, signals, cache: Arc::default(), display });
     }
@@ -85,7 +94,7 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
 
     let pool = start_threads(args.threads)?;
     let rescue = Rescue::beside(&args.scene, common.root.as_ref());
-    let a_picture = samples(&built);
+    let a_picture = samples(&built, part::cover(args, &built).map_err(anyhow::Error::msg)?);
     let pictures = outputs.len() as u64;
     let progress = Progress::new([a_picture, pictures], ProgressForm::choose(args.show.progress, args.quiet), args.of_scenes);
     let session = Session { args, signals, pool: &pool, rescue, progress: &progress, is_film: false, display };
@@ -99,7 +108,7 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
             status = ExitStatus::Fault;
         }
         if let Ended::Stopped(signal) = ended {
-            return Ok(if status == ExitStatus::Done { signal.into() } else { status });
+            return Ok(part::stopped(args, status, signal));
         }
         // Loading counts as the first picture's.
         phases = Phases::default();
@@ -110,8 +119,17 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
 
 /// Says why a scene that has been loaded is not rendered, if it is not.
 pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap, common: &Common) -> Option<ExitStatus> {
+    let part = match part::cover(args, built) {
+        Ok(part) => part,
+        Err(why) => {
+            say!("error: {why}");
+            return Some(ExitStatus::Fault);
+        }
+    };
+    let windowed = part.map(|cover| Windowed::new(&*built.film, cover.window));
+    let film: &dyn camera::Film = windowed.as_ref().map_or(&*built.film, |windowed| windowed);
     // Meshes and skies have their memory now.
-    if let Some(found) = memory::picture::check(&*built.film, &built.layers) {
+    if let Some(found) = memory::picture::check(film, &built.layers) {
         show(&[found], sources, common.color);
         return Some(ExitStatus::Fault);
     }

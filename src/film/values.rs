@@ -32,12 +32,11 @@ impl Framebuffer {
         let mut data = Vec::with_capacity(tile.weights.len() * self.all_channels().len());
         for i in 0..tile.weights.len() {
             data.extend(self.values(&tile, i).map(single_precision));
-            let mut sums = &tile.layers[i * layer_numbers..];
+            let mut at = i * layer_numbers;
             for layer in &self.layers {
-                let (own, rest) = sums.split_at(stride(&layer.format));
-                let value = mean(&layer.format, own).unwrap_or_default();
+                let value = mean(&layer.format, &tile.layers, at).unwrap_or_default();
                 data.extend(value[..layer.format.channels.len()].iter().copied().map(single_precision));
-                sums = rest;
+                at += stride(&layer.format);
             }
         }
         let at = [tile.origin[0] - self.crop[0], tile.origin[1] - self.crop[2]];

@@ -67,6 +67,10 @@ pub struct BuiltScene {
     pub seed: u64,
     /// A hash of all that the scene has read, texts, meshes, pictures and spectra: 64 hexadecimal digits.
     pub hash: String,
+    /// A hash of its texts alone, without the numbers of variables: frames of a film have that in common.
+    pub texts_hash: String,
+    /// The directive of the film, as the command line has changed it.
+    pub film_directive: String,
     /// The variables that the scene reads and that come from outside, with their numbers.
     pub variables: Vec<(String, f64)>,
     /// What was loaded.
@@ -107,6 +111,7 @@ pub fn build(
     sources: &mut SourceMap,
 ) -> Result<BuiltScene, Vec<Diagnostic>> {
     sources.hash_texts();
+    let texts_hash = sources.scene_hash();
     sources.hash_variables(&description.variables.read);
     let camera_given = !description.cameras.is_empty();
     let mut settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
@@ -225,6 +230,8 @@ pub fn build(
             intersector_name: intersector.value,
             seed: seed_of_samples,
             hash: sources.scene_hash(),
+            texts_hash,
+            film_directive: film_directive(&settings.film),
             variables: description.variables.read,
             load: a.load,
             warnings: found,
@@ -232,6 +239,12 @@ pub fn build(
         _ if failed => Err(found),
         _ => Err(vec![Diagnostic::error("incomplete", "the scene could not be built").help("this is a fault of bhs")]),
     }
+}
+
+/// The directive of a film, without the file that it names.
+fn film_directive(film: &Entity) -> String {
+    let params = film.params.iter().filter(|p| p.name.value != "filename").cloned().collect();
+    Entity { params, ..film.clone() }.to_directive("Film")
 }
 
 /// What is said of a picture that is too large for the memory that there is.

@@ -4,7 +4,7 @@ use crate::lang::defaults::{AttributeParam, Defaults};
 use crate::lang::variables::GivenVariables;
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::spacetime::Side;
-use bhs_core::value::Param;
+use bhs_core::value::{Param, Values};
 use glam::DAffine3;
 use std::sync::Arc;
 
@@ -27,6 +27,23 @@ pub struct Entity {
     pub world_from_object: Arc<DAffine3>,
     /// The side of a wormhole on which a shape or a light is.
     pub side: Side,
+}
+
+impl Entity {
+    /// It as a directive of a scene, in one line.
+    pub fn to_directive(&self, keyword: &str) -> String {
+        let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
+        let mut text = format!("{keyword} {}", quoted(&self.name.value));
+        for param in &self.params {
+            let values: Vec<String> = match &param.values {
+                Values::Numbers { values, .. } => values.iter().map(f64::to_string).collect(),
+                Values::Strings(strings) => strings.iter().map(|s| quoted(&s.value)).collect(),
+                Values::Bools(bools) => bools.iter().map(bool::to_string).collect(),
+            };
+            text += &format!(" \"{} {}\" [{}]", param.ty.value.word(), param.name.value, values.join(" "));
+        }
+        text
+    }
 }
 
 /// A camera, with its name if it has one.

@@ -73,11 +73,13 @@ impl<'a> RenderState<'a> {
     /// If there is not enough memory for its frame.
     pub fn new(job: Job<'a>) -> Result<Self, OutOfMemory> {
         Ok(Self {
-            frame: Arc::new(Framebuffer::new(job.film, job.layers)?.with_points(sky_points::draw(&job))),
+            frame: Arc::new(
+                Framebuffer::from_sample(job.first_sample, job.film, job.layers)?.with_points(sky_points::draw(&job)),
+            ),
             layers: LayerCollector::new(job.scene, job.film, job.layers),
             shared: RwLock::new(Shared {
                 memory: job.transport.for_render(job.scene),
-                wave: Wave::default(),
+                wave: Wave::of(job.first_sample),
                 snapshot: 0,
                 sink: None,
             }),

@@ -107,7 +107,7 @@ impl Under<'_> {
 
     /// Writes the PNG file.
     fn write(&self, picture: &Picture) {
-        let written = self.file.clone().finish(|to| super::super::outputs::write_png(to, picture, self.built));
+        let written = self.file.clone().finish(|to| super::super::outputs::write_png(to, picture, &*self.built.film));
         if let Err(error) = written {
             say!("error: {error:#}");
         }

@@ -1,0 +1,106 @@
+//! `bhs render SCENE --samples A..B` and `--part K/N`: a part of a picture, in a file that `bhs merge` reads.
+
+use super::ExitStatus;
+use super::outputs::Outputs;
+use super::picture::Session;
+use super::render::stats_json;
+use crate::checkpoint::{CheckpointFile, previous};
+use crate::cli::RenderArgs;
+use crate::lang::BuiltScene;
+use crate::output::{Kept, OutputSet};
+use crate::parts::Cover;
+use crate::parts::file::{self, PartHead};
+use crate::render::Rendered;
+use crate::say;
+use crate::signals::StopSignal;
+use crate::stats::Phases;
+use std::io::Write;
+
+/// How the names of parts end.
+pub(super) const ENDING: &str = "bhspart";
+
+/// What is rendered of the current picture of a scene; `None`: all of it.
+///
+/// # Errors
+/// If that cannot be a part.
+pub(super) fn cover(args: &RenderArgs, built: &BuiltScene) -> Result<Option<Cover>, String> {
+    if args.parts.is_given() && built.transport.learns() {
+        return Err(format!(
+            "the light transport `{}` learns from the whole picture (`guiding`), which does not split into parts; without it, it does",
+            built.transport_name
+        ));
+    }
+    args.parts.cover(&*built.film, built.sampler.samples_per_pixel(), args.crop)
+}
+
+/// Why the command line asks for something else than parts, if it does.
+pub(super) fn unfit(args: &RenderArgs) -> Option<String> {
+    if !args.parts.is_given() {
+        return None;
+    }
+    let flags = [
+        ("--time", args.time.is_some(), "gives pixels as many samples as there is time for, and does not split into parts"),
+        ("--min-spp", args.min_spp.is_some(), "belongs to --time, which does not split into parts"),
+        ("--write-partial", args.write_partial, "writes pictures, and a part is none; --checkpoint keeps what there is of it"),
+        ("--false-color", args.false_color, "writes pictures, and a part is none; `bhs merge --false-color` does"),
+        ("--preview", args.frames.preview.is_some(), "shows pictures, and a part is none"),
+        ("--pixel", args.pixel.is_some(), "replays a sample, whatever the part"),
+    ];
+    let (flag, _, why) = flags.into_iter().find(|(_, is_given, _)| *is_given)?;
+    Some(format!("{flag} {why}"))
+}
+
+/// Whether the file of a part is there, whole. Says so.
+pub(super) fn is_there(built: &BuiltScene, cover: Cover, outputs: &Outputs, quiet: bool) -> bool {
+    let path = outputs.exr_path();
+    let is_there = path.exists() && file::holds(path, &PartHead::of(built, cover, outputs.frame));
+    if is_there && !quiet {
+        say!("`{}` is there already, and whole: {cover}", path.display());
+    }
+    is_there
+}
+
+/// Writes a part that is whole, and removes what it would have gone on from. Whether it is in its place.
+pub(super) fn write(
+    built: &BuiltScene,
+    cover: Cover,
+    rendered: &Rendered,
+    (outputs, checkpoint): (&Outputs, Option<&CheckpointFile>),
+    phases: &mut Phases,
+    session: &Session,
+) -> bool {
+    let head = PartHead::of(built, cover, outputs.frame);
+    let mut set = OutputSet::new();
+    let (part, stats) = outputs.part_files();
+    set.add(part.clone(), |to| Ok(file::write(to, &head, rendered)?));
+    if let Some(stats) = stats {
+        let phases = &*phases;
+        set.add(stats.clone(), move |to| {
+            let mut phases = phases.clone();
+            phases.end("write");
+            Ok(writeln!(to, "{}", serde_json::to_string_pretty(&stats_json(built, rendered, &phases))?)?)
+        });
+    }
+    let in_place = set.write(&session.rescue) == Kept::InPlace;
+    phases.end("write");
+    if in_place {
+        if let Some(file) = checkpoint {
+            // Whether or not there is one: it is of no more use.
+            let _ = std::fs::remove_file(file.path());
+            let _ = std::fs::remove_file(previous(file.path()));
+        }
+        if !session.args.quiet {
+            say!("{}: {cover}, in {:.1} s, {:.1} s in all", outputs.exr_path().display(), rendered.seconds, phases.total());
+        }
+    }
+    in_place
+}
+
+/// The exit code of a render that a signal has stopped: of a part that is kept, that it can be tried again.
+pub(super) fn stopped(args: &RenderArgs, status: ExitStatus, signal: StopSignal) -> ExitStatus {
+    match status {
+        ExitStatus::Done if args.parts.is_given() => ExitStatus::TryAgain,
+        ExitStatus::Done => signal.into(),
+        other => other,
+    }
+}
