@@ -8,7 +8,7 @@ mod values;
 pub use exact::ExactSums;
 pub use layer_sums::{numbers as layer_numbers, variance_at};
 pub use tile::{Tile, TileProgress};
-pub use values::TileValues;
+pub use values::{SeenTile, TileValues};
 
 use crate::image::{Frame, Picture, single_precision};
 use crate::layers::LayerPicture;

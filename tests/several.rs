@@ -12,7 +12,7 @@ fn folder() -> Folder {
         "b.bhs",
         unnamed.replace("Camera \"perspective\"", "Camera \"perspective\"\nCamera \"perspective\" \"string name\" \"left\""),
     );
-    folder.write("faulty.bhs", format!("{SMALL}Shape \"spheer\"\n"));
+    folder.write("faulty.bhs", format!("{unnamed}Shape \"spheer\"\n"));
     folder
 }
 

@@ -205,10 +205,9 @@ fn what_cannot_be_watched_is_refused() {
         assert!(run.code == code && run.err.contains(word), "{args:?}: {} {}", run.code, run.err);
     }
     // What `render` writes, and what the scene reads.
-    folder.write(
-        "sky.bhs",
-        format!("{}\nTexture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"map.png\"\n", sky([1, 1, 1])),
-    );
+    let textured = "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"map.png\"\n\
+                    Material \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"\n";
+    folder.write("sky.bhs", format!("{}\n{textured}", sky([1, 1, 1])));
     image::RgbImage::from_pixel(2, 2, image::Rgb([9; 3])).save(folder.at("map.png")).expect("a PNG");
     let before = folder.read("map.png");
     for name in ["small.png", "map.png"] {

@@ -1,7 +1,7 @@
 //! The images that a viewer is to have, and what of them it has.
 
 use super::packet::{self, Pixels};
-use crate::film::Framebuffer;
+use crate::film::{Framebuffer, SeenTile};
 use crate::image::Picture;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -32,8 +32,8 @@ struct Image {
 #[derive(Clone)]
 struct Tiles {
     frame: Arc<Framebuffer>,
-    /// Of each tile, how many samples the viewer has seen.
-    seen: Arc<Mutex<Vec<u64>>>,
+    /// What the viewer has seen of each.
+    seen: Arc<Mutex<Vec<SeenTile>>>,
 }
 
 /// What is to be sent of an image.
@@ -73,7 +73,7 @@ impl Images {
 
     /// An image whose tiles are being rendered.
     pub fn begin(&mut self, name: &str, frame: &Arc<Framebuffer>) {
-        let tiles = Tiles { frame: Arc::clone(frame), seen: Arc::new(Mutex::new(vec![0; frame.tiles.len()])) };
+        let tiles = Tiles { frame: Arc::clone(frame), seen: Arc::new(Mutex::new(vec![SeenTile::default(); frame.tiles.len()])) };
         self.image(name, frame.size_of_picture(), &frame.all_channels()).frame = Some(tiles);
     }
 
@@ -101,7 +101,7 @@ impl Images {
         for image in &mut self.0 {
             (image.is_created, image.is_whole_sent) = (false, false);
             if let Some(tiles) = &image.frame {
-                tiles.seen.lock().unwrap_or_else(PoisonError::into_inner).fill(0);
+                tiles.seen.lock().unwrap_or_else(PoisonError::into_inner).fill(SeenTile::default());
             }
         }
     }

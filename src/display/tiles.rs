@@ -1,25 +1,24 @@
 //! The tiles of a frame that have changed, as viewers take them: side by side in one piece.
 
 use super::packet::Pixels;
-use crate::film::{Framebuffer, TILE, TileValues};
+use crate::film::{Framebuffer, SeenTile, TILE, TileValues};
 
 impl Framebuffer {
-    /// Calls `send` with the pixels of all tiles that have more samples than have been `seen`, and notes these; those that somebody is at
-    /// work on are left out. Neighbours in a row are one piece.
+    /// Calls `send` with the pixels of all tiles that have more samples than have been `seen`, which is brought up to date. Neighbours in a
+    /// row are one piece.
     ///
     /// # Errors
     /// The first of `send`.
-    pub(super) fn changed<E>(&self, seen: &mut [u64], mut send: impl FnMut(Pixels) -> Result<(), E>) -> Result<(), E> {
+    pub(super) fn changed<E>(&self, seen: &mut [SeenTile], mut send: impl FnMut(Pixels) -> Result<(), E>) -> Result<(), E> {
         let in_row = self.size_of_picture()[0].div_ceil(TILE).max(1) as usize;
         let mut run: Vec<TileValues> = Vec::new();
         for (number, seen) in seen.iter_mut().enumerate() {
-            let tile = self.try_values(number, *seen);
+            let tile = self.news_of(number, seen);
             if (tile.is_none() || number % in_row == 0) && !run.is_empty() {
                 send_run(&run, &mut send)?;
                 run.clear();
             }
             if let Some(tile) = tile {
-                *seen = tile.samples;
                 run.push(tile);
             }
         }

@@ -2,7 +2,10 @@
 
 use super::{Framebuffer, mean, numbers, stride};
 use crate::image::single_precision;
-use std::sync::TryLockError;
+use std::sync::{PoisonError, TryLockError};
+
+/// How often a tile that somebody is at work on is left for another time. A picture of few tiles has hardly one that nobody works on.
+const PATIENCE: u8 = 2;
 
 /// What a picture has of one tile: the same numbers, to the bit, as [`Framebuffer::picture`] with its layers.
 pub struct TileValues {
@@ -10,24 +13,37 @@ pub struct TileValues {
     pub at: [u32; 2],
     /// Width and height (pixels).
     pub size: [u32; 2],
-    /// Samples so far, those of all pixels together.
-    pub samples: u64,
     /// Row by row from the top, the channels of a pixel together, those of the layers last.
     pub data: Vec<f32>,
 }
 
+/// What somebody who looks at a tile now and then has seen of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SeenTile {
+    /// Samples that it had, those of all pixels together.
+    samples: u64,
+    /// How often it has been left for another time since.
+    missed: u8,
+}
+
 impl Framebuffer {
-    /// The tile `number` as it stands, if it has more samples than have been `seen` and nobody is at work on it.
-    pub fn try_values(&self, number: usize, seen: u64) -> Option<TileValues> {
+    /// The tile `number` as it stands, if it has more samples than have been `seen`, which is brought up to date. One that somebody is at work
+    /// on is left for another time, but not for long.
+    pub fn news_of(&self, number: usize, seen: &mut SeenTile) -> Option<TileValues> {
         let tile = match self.tiles[number].try_lock() {
             Ok(tile) => tile,
             Err(TryLockError::Poisoned(tile)) => tile.into_inner(),
-            Err(TryLockError::WouldBlock) => return None,
+            Err(TryLockError::WouldBlock) if seen.missed < PATIENCE => {
+                seen.missed += 1;
+                return None;
+            }
+            Err(TryLockError::WouldBlock) => self.tiles[number].lock().unwrap_or_else(PoisonError::into_inner),
         };
-        let samples = tile.samples();
-        if samples <= seen {
+        seen.missed = 0;
+        if tile.samples() <= seen.samples {
             return None;
         }
+        seen.samples = tile.samples();
         let layer_numbers = numbers(&self.layers);
         let mut data = Vec::with_capacity(tile.weights.len() * self.all_channels().len());
         for i in 0..tile.weights.len() {
@@ -40,7 +56,7 @@ impl Framebuffer {
             }
         }
         let at = [tile.origin[0] - self.crop[0], tile.origin[1] - self.crop[2]];
-        Some(TileValues { at, size: tile.size, samples, data })
+        Some(TileValues { at, size: tile.size, data })
     }
 
     /// The names of the channels, those of the layers last.
@@ -58,6 +74,7 @@ impl Framebuffer {
 
 #[cfg(test)]
 mod tests {
+    use super::{PATIENCE, SeenTile};
     use crate::lang::{Overrides, SourceMap, load_text};
     use crate::registry::Registry;
     use crate::render::render_quietly;
@@ -78,8 +95,12 @@ mod tests {
         let n = picture.channels.len();
         let mut pixels = 0;
         for number in 0..frame.tiles.len() {
-            let tile = frame.try_values(number, 0).expect("nobody is at work on it");
-            assert!(frame.try_values(number, tile.samples).is_none(), "all of it has been seen");
+            let mut seen = SeenTile::default();
+            let worker = frame.tiles[number].lock().expect("nobody else");
+            assert!((0..PATIENCE).all(|_| frame.news_of(number, &mut seen).is_none()), "somebody is at work on it");
+            drop(worker);
+            let tile = frame.news_of(number, &mut seen).expect("nobody is at work on it");
+            assert!(frame.news_of(number, &mut seen).is_none(), "all of it has been seen");
             for (i, own) in tile.data.chunks_exact(n).enumerate() {
                 let (x, y) = (tile.at[0] + i as u32 % tile.size[0], tile.at[1] + i as u32 / tile.size[0]);
                 let whole = picture.pixel(x as usize, y as usize);

@@ -1,7 +1,7 @@
 //! One picture of `bhs watch`: coarse first, then finer and finer.
 
 use super::Watch;
-use crate::film::Framebuffer;
+use crate::film::{Framebuffer, SeenTile};
 use crate::image::Picture;
 use crate::lang::BuiltScene;
 use crate::message;
@@ -87,13 +87,12 @@ impl Under<'_> {
     /// Writes what there is over the first impression, less and less often, until the other end of `done` is gone.
     fn write_now_and_then(&self, frame: &Framebuffer, first: Picture, done: &Receiver<()>) {
         let mut picture = first;
-        let mut seen = vec![0; frame.tiles.len()];
+        let mut seen = vec![SeenTile::default(); frame.tiles.len()];
         let mut wait = NEXT;
         while done.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
             let n = picture.channels.len();
             for (number, seen) in seen.iter_mut().enumerate() {
-                let Some(tile) = frame.try_values(number, *seen) else { continue };
-                *seen = tile.samples;
+                let Some(tile) = frame.news_of(number, seen) else { continue };
                 let all = tile.data.len() / (tile.size[0] * tile.size[1]) as usize;
                 for (i, values) in tile.data.chunks_exact(all).enumerate() {
                     let (x, y) = (tile.at[0] + i as u32 % tile.size[0], tile.at[1] + i as u32 / tile.size[0]);
