@@ -8,7 +8,7 @@ use crate::memory::picture::TooLarge;
 use crate::output::{OutputFile, Plan};
 use crate::registry::Registry;
 use crate::signals::StopSignal;
-use crate::{message, plugins_table, report, say};
+use crate::{diagnosis, message, plugins_table, report, say};
 use anyhow::{Context, Result, anyhow};
 use bhs_core::diagnostics::Diagnostic;
 use std::io::Write;
@@ -172,6 +172,13 @@ fn show(found: &[Diagnostic], sources: &SourceMap, color: bool) {
     }
 }
 
+/// Says what makes pictures black, as far as that is known of a scene without rendering it; the scene keeps it.
+fn diagnose(built: &mut BuiltScene, sources: &SourceMap, common: &Common) {
+    let found = diagnosis::before(built);
+    show(&found, sources, common.color);
+    built.warnings.extend(found);
+}
+
 fn overrides(args: &SceneArgs) -> Overrides {
     let variables = Variables::defined(&args.definitions.define);
     Overrides { integrator: args.integrator.clone(), seed: args.seed, variables, ..Default::default() }
@@ -200,7 +207,16 @@ fn check_one(scene: &Path, definitions: &Definitions, as_json: bool, common: &Co
     let variables = Variables::defined(&definitions.define);
     let overrides = Overrides { too_large: TooLarge::Warn, variables, ..Overrides::default() };
     let (found, status) = match lang::load(scene, &Registry::builtin(), &overrides, &mut sources) {
-        Ok(built) => {
+        Ok(mut built) => {
+            loop {
+                let found = diagnosis::before(&built);
+                // Of each camera; what is wrong with the lights is wrong for all.
+                let new: Vec<Diagnostic> = found.into_iter().filter(|d| !built.warnings.contains(d)).collect();
+                built.warnings.extend(new);
+                if !built.next_camera() {
+                    break;
+                }
+            }
             let mut plan = Plan::new(&sources);
             Outputs::plan(&Naming::without_flags(scene), &built, &mut plan);
             match plan.finish() {

@@ -187,6 +187,14 @@ impl Framebuffer {
         pictures
     }
 
+    /// Calls `f` with red, green and blue of each pixel of the picture.
+    pub fn each_color(&self, mut f: impl FnMut([f64; 3])) {
+        self.each_pixel(|_, tile, i| {
+            let mut values = self.values(tile, i);
+            f(std::array::from_fn(|_| values.next().unwrap_or_default()));
+        });
+    }
+
     /// The channels of the picture in the pixel `i` of a tile.
     fn values<'t>(&'t self, tile: &'t Tile, i: usize) -> impl Iterator<Item = f64> + 't {
         let n = self.channels.len();

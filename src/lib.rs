@@ -5,6 +5,7 @@
 //! [`render`] turns that into a picture. What plugins see is the crate `bhs-core`, what follows light
 //! `bhs-engine` too; ARCHITECTURE.md says where things are.
 
+pub mod advice;
 pub mod animation;
 pub mod bench;
 pub mod bloom;
@@ -13,10 +14,12 @@ pub mod cli;
 pub mod commands;
 pub mod compare;
 pub mod denoise;
+pub mod diagnosis;
 pub mod display;
 pub mod false_color;
 pub mod files;
 pub mod film;
+pub mod glossary;
 pub mod header;
 pub mod image;
 pub mod job;

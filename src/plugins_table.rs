@@ -1,5 +1,7 @@
 //! What `bhs plugins` prints: the plugins, and their parameters as their constructors ask for them.
 
+use crate::glossary;
+use crate::lang::option_params;
 use crate::registry::{PluginInfo, Registry, full_name};
 use bhs_core::diagnostics::did_you_mean;
 use bhs_engine::layer::LayerFormat;
@@ -11,6 +13,38 @@ fn word(kind: &str) -> String {
     match kind {
         "light transport" => "transport".into(),
         other => other.replace(' ', "-"),
+    }
+}
+
+/// The kind that a word means: also a directive, and several of a kind.
+fn meant(kind: &str) -> String {
+    let plain = kind.to_lowercase().replace(['_', '-', ' '], "");
+    match plain.strip_suffix('s').unwrap_or(&plain) {
+        "blackhole" | "wormhole" | "hole" => "spacetime".into(),
+        "lightsource" => "light".into(),
+        "arealight" | "arealightsource" => "area-light".into(),
+        "lighttransport" => "transport".into(),
+        "pixelfilter" => "filter".into(),
+        "makenamedmaterial" | "namedmaterial" => "material".into(),
+        "spectra" => "spectrum".into(),
+        one if Registry::KINDS.iter().any(|k| word(k) == one) || one == OPTION => one.to_owned(),
+        _ => kind.to_owned(),
+    }
+}
+
+/// What is no kind of plugin, but has parameters too.
+const OPTION: &str = "option";
+
+/// The table of `Option`.
+fn options(registry: &Registry) -> PluginInfo {
+    let params = option_params(registry);
+    PluginInfo {
+        kind: OPTION,
+        name: "Option",
+        summary: "what holds for the whole render",
+        params,
+        format: None,
+        names: Vec::new(),
     }
 }
 
@@ -29,8 +63,15 @@ pub fn render(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> Re
         }
         return Ok(text);
     };
+    let kind = &*meant(kind);
+    if kind == OPTION {
+        heading(&mut text, kind);
+        table(&mut text, &options(registry));
+        return Ok(text);
+    }
     if !kinds.iter().any(|k| k == kind) {
-        return Err(unknown("kind of plugin", kind, &kinds.iter().map(String::as_str).collect::<Vec<_>>()));
+        let there_is: Vec<&str> = kinds.iter().map(String::as_str).chain([OPTION]).collect();
+        return Err(unknown("kind of plugin", kind, &there_is));
     }
     let of_kind: Vec<&PluginInfo> = all.iter().filter(|p| word(p.kind) == kind).collect();
     match name {
@@ -40,7 +81,13 @@ pub fn render(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> Re
         }
         Some(name) => match of_kind.iter().find(|p| p.name == name || p.name == full_name(kind, name)) {
             Some(plugin) => table(&mut text, plugin),
-            None => return Err(unknown(kind, name, &of_kind.iter().map(|p| p.name).collect::<Vec<_>>())),
+            None => {
+                let there_is: Vec<&str> = of_kind.iter().map(|p| p.name).collect();
+                let known = Registry::KINDS.iter().find(|k| word(k) == kind).and_then(|kind| glossary::plugin(kind, name));
+                return Err(
+                    known.map_or_else(|| unknown(kind, name, &there_is), |advice| format!("unknown {kind} `{name}`; {advice}"))
+                );
+            }
         },
     }
     Ok(text)
@@ -53,6 +100,11 @@ pub fn render(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> Re
 pub fn to_json(registry: &Registry, kind: Option<&str>, name: Option<&str>) -> Result<Value, String> {
     // The same faults in the same words.
     render(registry, kind, name)?;
+    let kind = kind.map(meant);
+    let kind = kind.as_deref();
+    if kind == Some(OPTION) {
+        return Ok(json!([plugin_json(&options(registry))]));
+    }
     let all = registry.describe();
     let wanted = |p: &&PluginInfo| {
         kind.is_none_or(|k| k == word(p.kind)) && name.is_none_or(|n| n == p.name || full_name(p.kind, n) == p.name)

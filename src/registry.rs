@@ -7,6 +7,7 @@
 //! ```
 
 use crate::lang::description::Entity;
+use crate::{advice, glossary};
 use bhs_core::Plugin;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
@@ -21,7 +22,7 @@ use bhs_core::sampling::Sampler;
 use bhs_core::spacetime::Spacetime;
 use bhs_core::spectrum::{Spectrum, SpectrumRole};
 use bhs_core::texture::Texture;
-use bhs_core::value::Param;
+use bhs_core::value::{Param, Values};
 use bhs_engine::integrator::IntegratorBuilder;
 use bhs_engine::layer::{Layer, LayerFormat, NamedLayer, read_layers};
 use bhs_engine::transport::LightTransport;
@@ -174,6 +175,7 @@ impl Registry {
         let of_directive = read(&params);
         let (mut faults, asked) = params.finish();
         asked.iter().for_each(|a| entity.defaults.take(a.name));
+        advice::advise(&mut faults, entity, &asked);
         // What has been left out because it is at fault is not missing.
         faults.retain(|d| !(entity.faulty && d.code == "missing-parameter"));
         if made.is_none() && faults.is_empty() && !entity.faulty {
@@ -203,6 +205,7 @@ impl Registry {
         let names = self.names::<T>();
         let others = bhs_integrators::OTHER_NAMES.iter().filter(|_| T::WORD == "integrator").map(|(other, _)| *other);
         let help = match did_you_mean(&name.value, names.iter().copied().chain(others)) {
+            _ if let Some(advice) = glossary::plugin(T::WORD, &name.value) => advice,
             Some(near) => format!("did you mean `{near}`?"),
             None if names.is_empty() => format!("there is no {}", T::WORD),
             None => format!("there is {}", names.join(", ")),
@@ -262,7 +265,14 @@ impl Registry {
 
 impl SpectrumSource for Registry {
     fn build(&self, param: &Param, role: SpectrumRole, context: &Context) -> Result<Arc<dyn Spectrum>, Vec<Diagnostic>> {
-        bhs_spectra::build_with(&self.spectra, param, role, context)
+        bhs_spectra::build_with(&self.spectra, param, role, context).map_err(|mut found| {
+            for d in found.iter_mut().filter(|d| d.code == "unknown-spectrum") {
+                let names = if let Values::Strings(texts) = &param.values { texts.as_slice() } else { &[] };
+                let advice = names.iter().find_map(|name| glossary::plugin("spectrum", &name.value));
+                d.help = advice.or(d.help.take());
+            }
+            found
+        })
     }
 }
 

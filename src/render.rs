@@ -125,6 +125,7 @@ impl TileWork<'_> {
             }
             job.transport.follow_all(job.scene, &mut paths, &mut log);
             for (seen, path) in seen.iter().zip(&paths) {
+                log.counters.add_camera_ray(&path.first);
                 let pixel = tile.index(seen.id.pixel);
                 if let Some(layers) = self.layers {
                     tile.add_layers(pixel, job.layers, layers.values(path, seen.camera_ratio()), f64::from(seen.weight));

@@ -1,7 +1,7 @@
 //! Findings drawn as text, with the places they are about underlined.
 
 use crate::lang::source::{SourceMap, floor_char};
-use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use bhs_core::diagnostics::{Diagnostic, Label, Severity, Span};
 use serde_json::{Value, json};
 use std::ops::Range;
@@ -47,6 +47,8 @@ pub fn to_json(d: &Diagnostic, sources: &SourceMap) -> Value {
             at = sources.get(span.file).and_then(|s| s.included_at);
         }
         merge(&mut object, json!({ "included_from": chain }));
+    } else if let Some(scene) = sources.get(0) {
+        merge(&mut object, json!({ "file": scene.name }));
     }
     let label = |l: &Label| {
         let mut label = place(l.span, sources);
@@ -78,6 +80,9 @@ fn group<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Group<'a> {
         Severity::Warning => Level::WARNING,
     };
     let mut group = level.primary_title(d.message.as_str()).elements(snippets(d, sources));
+    if let Some(name) = nameless(d, sources) {
+        group = group.element(Origin::path(name));
+    }
     if let Some(help) = &d.help {
         group = group.element(Level::HELP.message(help.as_str()));
     }
@@ -90,6 +95,12 @@ fn group<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Group<'a> {
         at = source.included_at;
     }
     group
+}
+
+/// The scene's file, for a finding that has no place and does not name it.
+fn nameless<'a>(d: &Diagnostic, sources: &'a SourceMap) -> Option<&'a str> {
+    let name = sources.get(0).map(|scene| scene.name.as_str())?;
+    (d.primary.is_none() && !d.message.contains(name)).then_some(name)
 }
 
 /// Whole lines of a file, with what is underlined in them.

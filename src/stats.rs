@@ -89,6 +89,12 @@ pub fn counters_to_json(c: &Counters) -> Value {
             "captured": c.captured,
             "out_of_steps": c.out_of_steps,
         },
+        "camera_fates": {
+            "hit": c.camera_hit,
+            "escaped": c.camera_escaped,
+            "captured": c.camera_captured,
+            "out_of_steps": c.camera_out_of_steps,
+        },
         "skipped": {
             "chords_outside_bounds": c.chords_skipped,
             "leaps_through_free_space": c.leaps,

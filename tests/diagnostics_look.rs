@@ -30,7 +30,7 @@ fn the_look_of_a_misspelt_parameter() {
             7 |     "integer yres" 64
               |              ^^^^ `rgb` has no such parameter
               |
-              = help: `rgb` takes xresolution, yresolution, cropwindow, filename, lambdamin, lambdamax, exposure, tonecurve, bloom, layers
+              = help: bhs calls it `yresolution`
 
             error: unknown parameter `centre`
               --> tests/diagnostics/unknown_parameter.bhs:12:50

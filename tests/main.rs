@@ -7,6 +7,7 @@ mod common;
 
 mod allocations;
 mod animation;
+mod black;
 mod checkpoint;
 mod command_line;
 mod confined;

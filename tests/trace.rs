@@ -4,7 +4,7 @@ use crate::common;
 use assert_cmd::Command;
 use bhs::lang::{BuiltScene, Overrides};
 use bhs::render::Job;
-use bhs::trace::{Answers, Format, trace, trace_pixels};
+use bhs::trace::{Answers, Format, connect, trace, trace_pixels};
 use serde_json::Value;
 use std::f64::consts::TAU;
 
@@ -245,4 +245,40 @@ fn the_command_line_takes_pixels_and_formats() {
     let (code, out, err) = run("trace one.bhs --rays rays.csv");
     assert_eq!((code, json(&out).len()), (1, 1), "what comes before is answered");
     assert!(err.contains("`rays.csv`: line 3, column 11: `oops` in the column `oz` is not a number"), "{err}");
+}
+
+#[test]
+fn shapes_have_a_place_and_every_field_is_in_the_reference() {
+    let built = scene(SHELL);
+    let (names, places) = (["sphere".to_owned()], built.statements.shape_places());
+    let answers = Answers { shape_names: &names, shape_places: &places, with_path: true, ..Answers::new(&built.scene) };
+    let ray = "4,0,0,-0.6,0.8,0\n";
+    let line = &json(&said(&answers, ray).expect("a ray"))[0];
+    assert_eq!(line["shape_place"], "test.bhs:2:34");
+    let table = said(&Answers { format: Format::Csv, with_path: false, ..answers }, ray).expect("a ray");
+    assert!(table.contains(",0,sphere,test.bhs:2:34,near,"), "{table}");
+
+    let mut fields: Vec<String> = line.as_object().expect("an object").keys().cloned().collect();
+    for with_path in [false, true] {
+        let table = said(&Answers { format: Format::Csv, with_path, ..answers }, ray).expect("a ray");
+        fields.extend(table.lines().next().expect("a header").split(',').map(str::to_owned));
+    }
+    let mut out = Vec::new();
+    let film =
+        "Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4 LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\"";
+    let seen = common::build(&format!("{film} {SHELL}"));
+    trace_pixels(&Answers::new(&seen.scene), &Job::of(&seen), &[[1, 1]], &mut out).expect("a ray");
+    let of_pixel: Value = serde_json::from_slice(&out).expect("JSON");
+    fields.extend(of_pixel.as_object().expect("an object").keys().cloned());
+    fields.extend(of_pixel["ray"].as_object().expect("an object").keys().cloned());
+    let mut out = Vec::new();
+    connect(&built.scene, "4,0,0,0,4,0\n".as_bytes(), &mut out).expect("a pair");
+    let joined: Value = serde_json::from_slice(&out).expect("JSON");
+    fields.extend(joined["connections"][0].as_object().expect("an object").keys().cloned());
+
+    let text = common::read("grammar/README.md");
+    let section = text.split("\n## ").find(|section| section.starts_with("Single rays")).expect("a section");
+    for field in fields {
+        assert!(section.contains(&format!("`{field}`")), "`{field}` is not in the reference");
+    }
 }

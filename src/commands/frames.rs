@@ -9,6 +9,7 @@ use crate::animation::keys::Keys;
 use crate::animation::preview::{self, Format};
 use crate::animation::{FrameRange, Ranges, digits};
 use crate::cli::RenderArgs;
+use crate::diagnosis::{self, BlackFrames};
 use crate::display::Display;
 use crate::header;
 use crate::lang::source::FileCache;
@@ -39,6 +40,8 @@ pub(super) struct Film<'a> {
     pub cache: Arc<FileCache>,
     /// Shows the pictures meanwhile.
     pub display: Option<&'a Display>,
+    /// What has been found of frames that show nothing.
+    pub black: BlackFrames,
 }
 
 /// What is written of one frame.
@@ -148,9 +151,12 @@ impl Film<'_> {
     fn load(&self, frame: u32, keys: &Keys, registry: &Registry, told: &mut BTreeSet<String>) -> Option<(BuiltScene, SourceMap)> {
         let mut sources = self.sources();
         match lang::load(&self.args.scene, registry, &self.overrides(frame, keys), &mut sources) {
-            Ok(built) => {
-                let is_new = |d: &&Diagnostic| told.insert(report::render(std::slice::from_ref(*d), &sources, false));
-                let new: Vec<Diagnostic> = built.warnings.iter().filter(is_new).cloned().collect();
+            Ok(mut built) => {
+                built.warnings.extend(diagnosis::before(&built));
+                let is_told = |d: &&Diagnostic| !diagnosis::is_about_the_picture(d) || self.black.tells(d.code);
+                let mut is_new =
+                    |d: &&Diagnostic| is_told(d) && told.insert(report::render(std::slice::from_ref(*d), &sources, false));
+                let new: Vec<Diagnostic> = built.warnings.iter().filter(|d| is_new(d)).cloned().collect();
                 show(&new, &sources, self.common.color);
                 Some((built, sources))
             }
@@ -245,6 +251,7 @@ impl Film<'_> {
             progress: &progress,
             is_film: true,
             display: self.display,
+            black_frames: Some(&self.black),
         };
         let mut status = ExitStatus::Done;
         let mut first = Some(built);

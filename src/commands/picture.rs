@@ -7,6 +7,7 @@ use super::replay::{self, PictureId};
 use super::{is_closed_pipe, print};
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
+use crate::diagnosis::{self, BlackFrames, Level};
 use crate::display::Display;
 use crate::lang::BuiltScene;
 use crate::message;
@@ -42,6 +43,8 @@ pub(super) struct Session<'s> {
     pub is_film: bool,
     /// Shows the picture meanwhile.
     pub display: Option<&'s Display>,
+    /// What has been found of the frames of a film, if this is one of several.
+    pub black_frames: Option<&'s BlackFrames>,
 }
 
 impl Session<'_> {
@@ -165,6 +168,7 @@ impl Session<'_> {
         }
         let kept = outputs.write(built, &rendered, phases, args.quiet, &self.rescue);
         let told = self.announce(built, (outputs, &rendered), phases, kept == Kept::InPlace);
+        self.explain(built, &rendered, outputs);
         Ok((ended, saved.is_ok() && kept == Kept::InPlace && told))
     }
 
@@ -199,6 +203,18 @@ impl Session<'_> {
                 false
             }
             _ => true,
+        }
+    }
+
+    /// Says why the picture shows nothing, if it does and somebody knows.
+    fn explain(&self, built: &BuiltScene, rendered: &Rendered, outputs: &Outputs) {
+        let Some(said) = diagnosis::after(built, rendered).filter(|said| !(self.args.quiet && said.level == Level::Note)) else {
+            return;
+        };
+        match self.black_frames {
+            None => say!("{said}"),
+            Some(frames) if frames.tells(said.code) => say!("{said}; so is `{}`", outputs.exr_path().display()),
+            Some(_) => {}
         }
     }
 

@@ -4,8 +4,9 @@ use super::frames::{self, Film};
 use super::outputs::{Naming, Outputs};
 use super::part;
 use super::picture::{Session, samples};
-use super::{Common, ExitStatus, load, overrides, replay, several, show, start_threads};
+use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show, start_threads};
 use crate::cli::RenderArgs;
+use crate::diagnosis::BlackFrames;
 use crate::display::Display;
 use crate::lang::{BuiltScene, Overrides, SourceMap};
 use crate::memory;
@@ -13,7 +14,6 @@ use crate::memory::picture::TooLarge;
 use crate::not_finite::{self, SampleId};
 use crate::output::{self, Plan, Rescue};
 use crate::parts::Windowed;
-use crate::point_picture::PointCounters;
 use crate::progress::{Progress, ProgressForm};
 use crate::render::{Ended, Rendered};
 use crate::say;
@@ -71,9 +71,19 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     let too_large = if args.parts.is_given() { TooLarge::Ignore } else { TooLarge::Refuse };
     let overrides = Overrides { too_large, ..overrides };
     if let Some(range) = args.frames.range {
-        return frames::render(&Film { args, range, overrides, common, signals, cache: Arc::default(), display });
+        return frames::render(&Film {
+            args,
+            range,
+            overrides,
+            common,
+            signals,
+            cache: Arc::default(),
+            display,
+            black: BlackFrames::new(range.numbers().count()),
+        });
     }
     let Some((mut built, sources)) = load(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
+    diagnose(&mut built, &sources, common);
     phases.end("load");
     if let Some(status) = refuse(args, &built, &sources, common) {
         return Ok(status);
@@ -97,7 +107,8 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     let a_picture = samples(&built, part::cover(args, &built).map_err(anyhow::Error::msg)?);
     let pictures = outputs.len() as u64;
     let progress = Progress::new([a_picture, pictures], ProgressForm::choose(args.show.progress, args.quiet), args.of_scenes);
-    let session = Session { args, signals, pool: &pool, rescue, progress: &progress, is_film: false, display };
+    let session =
+        Session { args, signals, pool: &pool, rescue, progress: &progress, is_film: false, display, black_frames: None };
     let mut status = ExitStatus::Done;
     for (number, outputs) in (0..).zip(outputs) {
         let camera = built.camera_name.as_deref().filter(|_| pictures > 1);
@@ -167,8 +178,8 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
     all
 }
 
-/// Share of rays to light samples from which on it is told that they were not found.
-const TOLD: f64 = 1e-3;
+/// Share of rays to light samples from which on it is told that they were not found: the picture has more noise then. `--stats` has any.
+const TOLD: f64 = 0.25;
 
 pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
     let (c, seconds) = (&rendered.counters, rendered.seconds);
@@ -190,13 +201,9 @@ pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
         let shares: Vec<String> = missed.iter().map(|share| format!("{:.1} %", 100.0 * share)).collect();
         let sought = c.connections_sought;
         say!(
-            "of {sought} light samples the rays were not found, image by image, for {}; their light is left to chance",
+            "note: of {sought} light samples the rays were not found, image by image, for {}; their light is left to BSDF sampling, with more noise",
             shares.join(", ")
         );
-    }
-    if let Some(points) = rendered.frame.points() {
-        let PointCounters { points, images, occluded } = points.counters;
-        say!("{points} stars have {images} images in the picture, and {occluded} that are occluded");
     }
     if c.out_of_steps > 0 {
         say!("warning: {} rays ran out of steps and count as black; raise the integrator's `maxsteps`", c.out_of_steps);

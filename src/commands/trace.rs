@@ -37,8 +37,10 @@ pub fn trace(args: &TraceArgs, common: &Common) -> Result<ExitStatus> {
         return Ok(ExitStatus::CommandLine);
     }
     let shape_names: Vec<String> = labels.shape_plugins().map(str::to_owned).collect();
+    let shape_places = built.statements.shape_places();
     let format = if args.format == "csv" { Format::Csv } else { Format::Json };
-    let answers = Answers { scene: &built.scene, shape_names: &shape_names, with_path: args.path, format };
+    let answers =
+        Answers { scene: &built.scene, shape_names: &shape_names, shape_places: &shape_places, with_path: args.path, format };
     // One of the three is given: the command line sees to it.
     let Some(input) = input else {
         trace_pixels(&answers, &Job::of(&built), &args.pixel, &mut out)?;

@@ -62,11 +62,11 @@ pub(super) fn assemble(
     cameras.iter_mut().filter_map(|c| Arc::get_mut(c.viewpoint.motion.as_mut()?)).for_each(|m| m.rebase(origin));
     motions.iter_mut().for_each(|m| m.rebase(origin));
     let motions: Vec<Arc<dyn Motion>> = motions.into_iter().map(Arc::from).collect();
-    for PartCamera { span, camera, viewpoint, .. } in &cameras {
+    for PartCamera { span, camera, viewpoint, target, .. } in &cameras {
         // Where a camera is missing, it may be for another fault.
         let unknown = overrides.without_camera || (span.is_none() && has_errors(found));
         if let (Some(camera), Some(gravity), false) = (camera, &gravity, unknown) {
-            gravity.check_camera(camera.as_ref(), viewpoint, *span, found);
+            gravity.check_camera(camera.as_ref(), viewpoint, (*span, target.map(|target| target - origin)), found);
         }
     }
     if !has_far_side {
@@ -85,8 +85,14 @@ pub(super) fn assemble(
     let joins = integrator.as_ref().is_none_or(|i| i.connections().is_some());
     let sampling = match (parts.samples_lights, joins) {
         (true, true) => Ok(()),
-        (true, false) => Err("use Integrator \"adaptive\" \"bool connections\" true, or a light that has a size"),
-        (false, _) => Err("use LightTransport \"path\" with light sampling, or a light that has a size"),
+        (true, false) => Err((
+            "the integrator does not join points with lights, and this light is found in no other way",
+            "use Integrator \"adaptive\" \"bool connections\" true, or a light that has a size",
+        )),
+        (false, _) => Err((
+            "the light transport does not find this light",
+            "use LightTransport \"path\" with light sampling, or a light that has a size",
+        )),
     };
     let points = SkyPoints::new(&parts.lights, joins);
     points.check(&cameras, found);
@@ -288,7 +294,7 @@ fn check_range(shapes: &[Part], found: &mut Vec<Diagnostic>) {
 }
 
 /// Lights that shine from a point: not behind the horizon, and only for who samples lights (else: what helps). In world space.
-fn check_points(lights: &[PartLight], samples: Result<(), &str>, gravity: Option<&Gravity>, found: &mut Vec<Diagnostic>) {
+fn check_points(lights: &[PartLight], samples: Result<(), (&str, &str)>, gravity: Option<&Gravity>, found: &mut Vec<Diagnostic>) {
     for (span, side, light) in lights.iter().filter_map(|l| Some((l.span, l.side, l.light.as_ref()?))) {
         let Some(position) = light.position() else {
             if let Err(help) = samples
@@ -307,8 +313,7 @@ fn check_points(lights: &[PartLight], samples: Result<(), &str>, gravity: Option
     }
 }
 
-fn not_found(span: Span, why: &str, help: &str, found: &mut Vec<Diagnostic>) {
-    let message = "the light transport does not find this light";
+fn not_found(span: Span, why: &str, (message, help): (&str, &str), found: &mut Vec<Diagnostic>) {
     found.push(Diagnostic::warning("light-not-found", message).at(span, why).help(help));
 }
 

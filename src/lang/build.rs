@@ -7,12 +7,14 @@ use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::errors::ErrorCount;
 use crate::lang::instances;
 use crate::lang::names::{Names, Pictures};
+use crate::lang::options::build_options;
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::parse::MAX_ERRORS;
 use crate::lang::parts::{ObjectPart, Part, PartAreaLight, PartCamera, PartLight, Parts, View};
-use crate::lang::seed;
+use crate::lang::pictured::Pictured;
 use crate::lang::source::SourceMap;
 use crate::lang::spacetime::build_spacetime;
+use crate::lang::statements::{CameraStatement, Statements};
 use crate::memory::picture::{self, TooLarge};
 use crate::registry::{Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
@@ -24,7 +26,6 @@ use bhs_core::material::Material;
 use bhs_core::motion::Motion;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::Sampler;
-use bhs_core::value::Param;
 use bhs_engine::integrator::IntegratorBuilder;
 use bhs_engine::layer::NamedLayer;
 use bhs_engine::scene::Scene;
@@ -75,6 +76,8 @@ pub struct BuiltScene {
     pub variables: Vec<(String, f64)>,
     /// What was loaded.
     pub load: LoadCounters,
+    /// Where its parts stand in the text.
+    pub statements: Statements,
     /// What the user should know; no errors.
     pub warnings: Vec<Diagnostic>,
 }
@@ -83,6 +86,17 @@ impl BuiltScene {
     /// The names of the cameras that have not had their turn, the current one first.
     pub fn camera_names(&self) -> impl Iterator<Item = Option<&str>> {
         std::iter::once(self.camera_name.as_deref()).chain(self.further_views.iter().map(|v| v.name.as_deref()))
+    }
+
+    /// Brightness of the PNG (stops).
+    pub fn exposure(&self) -> f64 {
+        self.statements.film.number("exposure").unwrap_or(0.0)
+    }
+
+    /// The statement of the current camera.
+    pub fn camera_statement(&self) -> Option<&CameraStatement> {
+        let all = &self.statements.cameras;
+        all.get(all.len().checked_sub(1 + self.further_views.len())?)
     }
 
     /// Looks through the next camera of the scene in place of the current one; false if there is none.
@@ -115,6 +129,8 @@ pub fn build(
     sources.hash_variables(&description.variables.read);
     let camera_given = !description.cameras.is_empty();
     let mut settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
+
+    let statements = Statements::of(&description, &settings, sources);
 
     // What the other plugins may ask for comes first: seed, film, spacetime.
     let context = bare_context(sources, registry.spectra());
@@ -160,8 +176,10 @@ pub fn build(
     let area_light = |e: &Entity| PartAreaLight { span: e.name.span, light: names.make::<dyn AreaLight>(e, context) };
     let area_lights = description.area_lights.iter().map(|l| area_light(&l.entity)).collect();
     let materials = names.make_all(context, &mut found);
+    let mut pictured = Pictured::new(&description);
     description.materials = Vec::new();
-    let (shapes, motions, objects) = build_shapes(&mut description, registry, context, &mut found);
+    let (shapes, motions, objects) = build_shapes(&mut description, registry, context, (&mut pictured, &mut found));
+    pictured.report(&mut found);
     let parts = Parts {
         integrator: build_integrator(&settings.integrator, registry, context, &mut found),
         intersector: find_intersector(&intersector, registry, context, &mut found),
@@ -176,6 +194,7 @@ pub fn build(
                     span: camera_given.then_some(c.entity.name.span),
                     camera,
                     viewpoint: viewpoint.unwrap_or_default(),
+                    target: c.look_at.map(|look_at| look_at.target),
                 }
             })
             .collect(),
@@ -234,6 +253,7 @@ pub fn build(
             film_directive: film_directive(&settings.film),
             variables: description.variables.read,
             load: a.load,
+            statements,
             warnings: found,
         }),
         _ if failed => Err(found),
@@ -273,24 +293,6 @@ fn warn_of_guided_crop(film: &dyn Film, transport: &dyn LightTransport, settings
             .and(place(&settings.transport, "guiding"), "and learned from")
             .help("the mean is the same, the noise is not; to put parts together, render them without `guiding`"),
     );
-}
-
-/// The seed, and the name of the intersector.
-pub(super) fn build_options(
-    options: &[Param],
-    registry: &Registry,
-    context: Context,
-    sources: &SourceMap,
-    found: &mut Vec<Diagnostic>,
-) -> (u64, Spanned<String>) {
-    let default = registry.names::<dyn IntersectorBuilder>().first().copied().unwrap_or("embree");
-    let owner = Spanned::new("Option".to_owned(), options.first().map_or(Span::default(), |p| p.name.span));
-    let p = Params::new(owner, options, context);
-    let seed = seed::read(&p, sources);
-    let intersector = p.get("intersector", default.to_owned(), "", "what finds the surfaces along a chord");
-    let intersector = Spanned::new(intersector, p.span_of("intersector"));
-    found.extend(p.finish().0);
-    (seed, intersector)
 }
 
 fn find_intersector(
@@ -338,7 +340,7 @@ fn build_shapes(
     description: &mut SceneDescription,
     registry: &Registry,
     context: Context,
-    found: &mut Vec<Diagnostic>,
+    (pictured, found): (&mut Pictured, &mut Vec<Diagnostic>),
 ) -> (Vec<Part>, Vec<Box<dyn Motion>>, Vec<ObjectPart>) {
     let shapes = std::mem::take(&mut description.shapes);
     let mut objects = instances::places(description.objects.len(), &description.instances);
@@ -356,6 +358,7 @@ fn build_shapes(
         let (made, motion) = create_with::<dyn Shape, _>(&shape.entity, registry, context, found, read);
         let Some(made) = made else { continue };
         let surfaces = made.into_geometry();
+        pictured.look_at(&shape, &surfaces);
         if let Some(object) = shape.object.and_then(|o| objects.get_mut(o)) {
             if motion.is_some() {
                 found.push(

@@ -5,7 +5,7 @@ use crate::lang::variables::GivenVariables;
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::spacetime::Side;
 use bhs_core::value::{Param, Values};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
 /// A plugin to be made: its name, its parameters, and the place they come from.
@@ -53,6 +53,17 @@ pub struct CameraEntity {
     pub entity: Entity,
     /// The name that its parameter `name` gives it.
     pub name: Option<Spanned<String>>,
+    /// The `LookAt` that turns it.
+    pub look_at: Option<LookAt>,
+}
+
+/// Where a `LookAt` stands, and the point that it makes a camera look at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LookAt {
+    /// The nine numbers.
+    pub span: Span,
+    /// The point, world space.
+    pub target: DVec3,
 }
 
 /// A material, with its name if it has one.

@@ -3,7 +3,7 @@
 use crate::lang::overrides::{Overrides, Settings};
 use crate::lang::source::SourceMap;
 use crate::lang::spacetime::{build_spacetime, choose_integrator};
-use crate::lang::{build, has_errors, resolve};
+use crate::lang::{build, has_errors, options, resolve};
 use crate::registry::{Registry, bare_context};
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::params::Context;
@@ -37,7 +37,7 @@ pub fn load_method(
     let (mut description, mut found) = resolve::resolve_with(sources, file, &overrides.variables);
     let settings = Settings::take(&mut description, overrides, registry, sources, &mut found);
     let context = bare_context(sources, registry.spectra());
-    let (seed, _) = build::build_options(&settings.options, registry, context, sources, &mut found);
+    let (seed, _) = options::build_options(&settings.options, registry, context, sources, &mut found);
     let context = Context { seed: overrides.seed.unwrap_or(seed), ..context };
     let (film, _) = registry.create_film(&settings.film, context, &mut found);
     let gravity = description.spacetime.as_ref().and_then(|e| build_spacetime(e, registry, context, &mut found));

@@ -305,6 +305,9 @@ impl Named for View<'_, '_> {
         }
         let help = match self.names.suggestions.near(&name.value, of_type(is_float).keys().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
+            None if short.contains('.') => format!(
+                "a picture gets a name first: Texture \"t\" \"{wanted}\" \"imagemap\" \"string filename\" \"{short}\"; then write the name"
+            ),
             None => format!("define it: Texture \"{short}\" \"{wanted}\" \"imagemap\" ..."),
         };
         Err(Diagnostic::error("unknown-texture", format!("unknown texture `{short}`")).at(name.span, "").help(help).into())

@@ -173,7 +173,7 @@ impl Settings {
             transport: or_default(scene.transport.take(), "LightTransport", "path"),
             cameras: match std::mem::take(&mut scene.cameras) {
                 none if none.is_empty() => {
-                    vec![CameraEntity { entity: or_default(None, "Camera", "perspective"), name: None }]
+                    vec![CameraEntity { entity: or_default(None, "Camera", "perspective"), name: None, look_at: None }]
                 }
                 some => some,
             },

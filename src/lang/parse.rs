@@ -3,6 +3,7 @@
 //! Reading never stops: what is at fault is reported where it opens, left out, and the next directive is read.
 
 use crate::lang::ast::{Arg, Directive, Holder, Reference};
+use crate::lang::foreign;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
 use bhs_core::value::{Param, ParamType, Values};
 use grammar::{Grammar, Rule};
@@ -80,6 +81,21 @@ impl Iterator for Directives<'_> {
     type Item = Directive;
 
     fn next(&mut self) -> Option<Directive> {
+        if self.position == 0
+            && let Some(language) = foreign::other_language(self.lower.text)
+        {
+            let start = self.lower.text.len() - self.lower.text.trim_start().len();
+            let here = self.lower.range(start, start + 1);
+            let help = "scenes are written as for pbrt-v4: docs/tutorial.md has a first one".to_owned();
+            self.lower.fault(
+                "other-language",
+                format!("this is no scene of bhs: it looks like {language}"),
+                here,
+                "",
+                Some(help),
+            );
+            self.position = usize::MAX;
+        }
         loop {
             if self.lower.count >= MAX_ERRORS && self.position < self.lower.text.len() {
                 self.lower.faults.push(too_many(self.lower.file, self.position as u32));
@@ -110,7 +126,16 @@ impl Iterator for Directives<'_> {
             match pair.as_rule() {
                 Rule::EOI => return None,
                 Rule::directive => return Some(self.lower.lower_directive(pair)),
-                _ => self.lower.lower_outside(pair),
+                _ => {
+                    let is_comment =
+                        pair.as_rule() == Rule::stray && (pair.as_str().starts_with("//") || pair.as_str().starts_with("/*"));
+                    self.lower.lower_outside(pair);
+                    if is_comment {
+                        // What follows on the line is no directive either.
+                        let rest = &self.lower.text[self.position..];
+                        self.position += rest.find('\n').unwrap_or(rest.len());
+                    }
+                }
             }
         }
     }
@@ -232,9 +257,13 @@ impl<'t> Lower<'t> {
 
     /// A word where a directive should stand.
     fn lower_unknown(&mut self, word: &str, span: Span) {
-        let help = match did_you_mean(word, self.keywords.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => "directives start with a capital letter, text stands in quotes, comments start with `#`".to_owned(),
+        let near = did_you_mean(word, self.keywords.iter().copied());
+        let elsewhere = foreign::mark(word).or_else(|| foreign::directive(word).map(str::to_owned));
+        let help = match (near, elsewhere) {
+            (Some(near), _) if near.eq_ignore_ascii_case(word) => format!("did you mean `{near}`?"),
+            (_, Some(help)) => help,
+            (Some(near), None) => format!("did you mean `{near}`?"),
+            (None, None) => "directives start with a capital letter, text stands in quotes, comments start with `#`".to_owned(),
         };
         self.fault("unknown-directive", format!("unknown directive `{}`", shorten(word)), span, "", Some(help));
     }
@@ -256,6 +285,7 @@ impl<'t> Lower<'t> {
     fn lower_surplus(&mut self, pair: Pair<Rule>, directive: &Directive) {
         let before = directive.params.last().map_or("", |p| p.name.value.as_str());
         let help = match pair.as_rule() {
+            Rule::number if before == "xresolution" => format!("write the height too: \"integer yresolution\" {}", pair.as_str()),
             Rule::string => "a parameter is written \"type name\" and its value, such as \"float radius\" 1".to_owned(),
             _ => format!("several values of `{before}` stand in brackets, such as [1 2 3]"),
         };
@@ -289,7 +319,9 @@ impl<'t> Lower<'t> {
         }
         let (Some(word), Some(name)) = (ty, name) else { return false };
         let Some(ty) = ParamType::from_word(&word.value) else {
-            let help = match did_you_mean(&word.value, ParamType::ALL.map(ParamType::word)) {
+            let meant = foreign::type_word(&word.value);
+            let help = match meant.or_else(|| did_you_mean(&word.value, ParamType::ALL.map(ParamType::word))) {
+                Some("rgb") if meant.is_some() => format!("a colour is written \"rgb {}\"", name.value),
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("the types are {}", ParamType::ALL.map(ParamType::word).join(", ")),
             };

@@ -11,7 +11,7 @@ use bhs_core::motion::Motion;
 use bhs_core::spacetime::Side;
 use bhs_engine::integrator::IntegratorBuilder;
 use bhs_engine::scene::Footprints;
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
 /// All plugins of a scene, in world space. What could not be made has been reported.
@@ -44,6 +44,8 @@ pub(super) struct PartCamera {
     pub span: Option<Span>,
     pub camera: Option<Box<dyn Camera>>,
     pub viewpoint: Viewpoint,
+    /// What its `LookAt` makes it look at, world space.
+    pub target: Option<DVec3>,
 }
 
 /// The emission of surfaces.

@@ -5,6 +5,7 @@
 use crate::lang::ast::Directive;
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::errors::{ErrorCount, Suggestions};
+use crate::lang::foreign;
 use crate::lang::parse::{self, Directives, MAX_ERRORS};
 use crate::lang::resolve::attributes::Attributes;
 use crate::lang::source::SourceMap;
@@ -12,7 +13,7 @@ use crate::lang::transform;
 use crate::lang::variables::Variables;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean, shorten};
 use bhs_core::spacetime::Side;
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -57,6 +58,7 @@ pub fn resolve_with(sources: &mut SourceMap, file: u16, given: &Variables) -> (S
         too_early: Vec::new(),
         systems: BTreeMap::new(),
         named: BTreeMap::new(),
+        look_at: None,
         pending: Vec::new(),
         world: None,
         variables: Scope::new(given),
@@ -111,6 +113,9 @@ pub(crate) struct Resolver<'s> {
     pub(super) systems: BTreeMap<String, DAffine3>,
     /// Index of each named material.
     pub(super) named: BTreeMap<String, usize>,
+    /// Where the last `LookAt` stands, and its target under the current transform there, which takes world space to camera space; `None` once another
+    /// transform has taken its place.
+    pub(super) look_at: Option<(Span, DVec3)>,
     /// Shapes whose material is known by name only, which may be defined after them.
     pub(super) pending: Vec<(usize, Spanned<String>)>,
     /// Where the world begins.
@@ -174,6 +179,7 @@ impl Resolver<'_> {
                 Some(advice) => self.error("unsupported", format!("`{word}` is not supported yet"), at, "", advice),
                 None => {
                     let help = match did_you_mean(word, directives::KEYWORDS.iter().copied()) {
+                        _ if let Some(help) = foreign::directive(word) => help.to_owned(),
                         Some(near) => format!("did you mean `{near}`?"),
                         None => String::new(),
                     };
@@ -185,7 +191,8 @@ impl Resolver<'_> {
         match (row.section, self.world) {
             (Section::Options, Some(world)) => {
                 let error = Diagnostic::error("wrong-section", format!("`{word}` stands before `WorldBegin`"));
-                return self.found.push(error.at(at, "this is in the world").and(world, "the world begins here"));
+                let error = error.at(at, "this is in the world").and(world, "the world begins here");
+                return self.found.push(error.help("move it before `WorldBegin`"));
             }
             (Section::World, None) => self.too_early.push(directive.keyword.clone()),
             _ => {}
@@ -224,7 +231,10 @@ impl Resolver<'_> {
             for (name, span) in unknown {
                 let help = match self.suggestions.near(&name, self.named.keys().map(String::as_str)) {
                     Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("define it: MakeNamedMaterial \"{}\" \"string type\" ...", shorten(&name)),
+                    None => format!(
+                        "define it: MakeNamedMaterial \"{0}\" \"string type\" ...; a kind of material is written Material \"{0}\"",
+                        shorten(&name)
+                    ),
                 };
                 self.error("unknown-material", format!("unknown material `{}`", shorten(&name)), span, "", help);
             }
@@ -246,13 +256,15 @@ impl Resolver<'_> {
         let too_early = std::mem::take(&mut self.too_early);
         if self.world.is_some() {
             for Spanned { value: word, span } in too_early {
-                self.error("wrong-section", format!("`{word}` stands after `WorldBegin`"), span, "the world has not begun", "");
+                let message = format!("`{word}` stands after `WorldBegin`");
+                self.error("wrong-section", message, span, "the world has not begun", "move it behind `WorldBegin`");
             }
             return;
         }
         let name = self.sources.get(file).map_or("", |s| s.name.as_str());
         let help = "options such as `Camera` and `Film` come first, then `WorldBegin`, then lights and shapes";
         let error = match self.directives {
+            0 if self.found.iter().any(|d| d.code == "other-language") => return,
             0 if self.found.is_empty() => Diagnostic::error("empty-scene", format!("the scene `{name}` is empty")),
             _ => Diagnostic::error("no-world", format!("the scene `{name}` has no `WorldBegin`")),
         };
@@ -269,7 +281,16 @@ impl Resolver<'_> {
         }
         for light in self.scene.area_lights.iter().filter(|l| !l.used) {
             let message = "this area light lights nothing: no shape follows it";
-            self.found.push(Diagnostic::warning("unused-light", message).at(light.entity.keyword, ""));
+            let help = "an area light is of the shapes that follow it: write it before them";
+            self.found.push(Diagnostic::warning("unused-light", message).at(light.entity.keyword, "").help(help));
+        }
+        // A material that is set and never used may be meant for others; one behind all shapes is meant for those before it.
+        let last = self.scene.shapes.last().map(|shape| shape.entity.keyword);
+        let late = |at: Span| last.is_some_and(|last| last.file == at.file && last.start < at.start);
+        for material in self.scene.materials.iter().filter(|m| !m.used && m.name.is_none() && late(m.entity.keyword)) {
+            let message = "this material is of no shape: it stands behind all of them";
+            let help = "a material is of the shapes that follow it: write it before them";
+            self.found.push(Diagnostic::warning("late-material", message).at(material.entity.keyword, "").help(help));
         }
     }
 

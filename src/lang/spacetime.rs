@@ -86,7 +86,13 @@ impl Gravity {
     }
 
     /// Nothing is seen from where no camera can stand, or move as it says.
-    pub fn check_camera(&self, camera: &dyn Camera, viewpoint: &Viewpoint, span: Option<Span>, found: &mut Vec<Diagnostic>) {
+    pub fn check_camera(
+        &self,
+        camera: &dyn Camera,
+        viewpoint: &Viewpoint,
+        (span, target): (Option<Span>, Option<DVec3>),
+        found: &mut Vec<Diagnostic>,
+    ) {
         let nearest = self.center().map_or_else(|| camera.position(), |center| camera.nearest_origin(center));
         let place = Place { x: nearest, side: viewpoint.side };
         let here = Surroundings { spacetime: Some(self.spacetime.as_ref()), place, conventions: self.conventions };
@@ -119,11 +125,13 @@ impl Gravity {
             return;
         }
         let Refusal { found: d, label, smaller, .. } = self.refused("the camera stands");
+        let stands_there = target.is_some_and(|x| self.spacetime.at(Place { x, side: viewpoint.side }).is_some());
+        let exchanged = if stands_there { "; or are from and to of `LookAt` exchanged?" } else { "" };
         found.push(match span {
             Some(span) => d
                 .at(span, self.distance(nearest))
                 .and(self.span, label)
-                .help(format!("move the camera out, or make {smaller} smaller")),
+                .help(format!("move the camera out, or make {smaller} smaller{exchanged}")),
             None => d.at(self.span, label).help("the scene has no `Camera`; the default one stands at the origin of the world"),
         });
     }

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 /// The columns of answers in CSV.
-pub(super) const COLUMNS: &str = "ox,oy,oz,dx,dy,dz,start_side,footprint,outcome,x,y,z,end_dx,end_dy,end_dz,shape,shape_name,side,phi,steps,queries,\
+pub(super) const COLUMNS: &str = "ox,oy,oz,dx,dy,dz,start_side,footprint,outcome,x,y,z,end_dx,end_dy,end_dz,shape,shape_name,shape_place,side,phi,steps,queries,\
                                   time,redshift,b,L,Q,winding\n";
 
 /// The columns of points of ways in CSV.
@@ -103,6 +103,11 @@ impl Answers<'_> {
         }
     }
 
+    /// Where the `Shape` directive number `index` stands.
+    fn shape_place(&self, index: u32) -> Option<&str> {
+        self.shape_places.get(index as usize).map(String::as_str)
+    }
+
     /// The shape that a ray ends on: its number and what it is called.
     fn shape(&self, end: &RayEnd) -> Option<(u32, Option<&str>)> {
         let Arrival::Surface(hit) = end.arrival else { return None };
@@ -129,6 +134,9 @@ impl Answers<'_> {
         if let Some((index, name)) = self.shape(end) {
             // Writing to a string cannot fail.
             let _ = write!(json, ",\"shape\":{index},\"shape_name\":{}", serde_json::json!(name));
+            if let Some(place) = self.shape_place(index) {
+                let _ = write!(json, ",\"shape_place\":{}", serde_json::json!(place));
+            }
         }
         if let Some(side) = self.side(end).filter(|_| self.scene.world.spacetime().has_far_side()) {
             let _ = write!(json, ",\"side\":\"{}\"", word(side));
@@ -176,9 +184,10 @@ impl Answers<'_> {
         }
         match self.shape(end) {
             Some((index, name)) => {
-                let _ = write!(line, ",{index},{}", name.unwrap_or_default());
+                let place = self.shape_place(index).map(quoted).unwrap_or_default();
+                let _ = write!(line, ",{index},{},{place}", name.unwrap_or_default());
             }
-            None => line += ",,",
+            None => line += ",,,",
         }
         let side = self.side(end).map_or("", word);
         let _ = write!(line, ",{side},{:.16e},{},{}", end.swept, end.cost.steps, end.cost.queries);
@@ -243,6 +252,11 @@ fn push_values(line: &mut String, vectors: &[DVec3]) {
     for v in vectors {
         let _ = write!(line, "{:.16e},{:.16e},{:.16e},", v.x, v.y, v.z);
     }
+}
+
+/// A text as a value between commas.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
 /// A number with a comma before it, or nothing.

@@ -43,6 +43,8 @@ pub struct Answers<'a> {
     pub scene: &'a Scene,
     /// What shapes are called, by number of the `Shape` directive; those that are not there have no name.
     pub shape_names: &'a [String],
+    /// Where they stand in the text, likewise: file, line and column.
+    pub shape_places: &'a [String],
     /// Whether the points of their ways are told.
     pub with_path: bool,
     /// How it is written.
@@ -52,7 +54,7 @@ pub struct Answers<'a> {
 impl<'a> Answers<'a> {
     /// Their ends, as JSON.
     pub fn new(scene: &'a Scene) -> Self {
-        Self { scene, shape_names: &[], with_path: false, format: Format::Json }
+        Self { scene, shape_names: &[], shape_places: &[], with_path: false, format: Format::Json }
     }
 
     fn header(&self) -> &'static str {

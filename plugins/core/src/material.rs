@@ -67,6 +67,12 @@ pub trait Material: Send + Sync {
         1
     }
 
+    /// Refractive index of the inside over that of the outside, of a material that light enters and leaves through: that of one wavelength, for who
+    /// wants to know roughly. `None` of all others.
+    fn refractive_index(&self) -> Option<f32> {
+        None
+    }
+
     /// Whether every direction it chooses is specular, so that light cannot be sampled for it.
     fn is_specular(&self) -> bool;
 

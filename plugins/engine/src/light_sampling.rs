@@ -64,7 +64,7 @@ impl Emitter {
     }
 
     /// The point of the surface that three numbers in [0,1) stand for, `choice` between triangles.
-    fn point(&self, geometry: &Geometry, u: Vec2, choice: f32) -> Option<EmissionPoint> {
+    pub fn point(&self, geometry: &Geometry, u: Vec2, choice: f32) -> Option<EmissionPoint> {
         if let Geometry::Analytic(surface) = geometry {
             let sample = surface.sample(u);
             return Some(EmissionPoint { uv: sample.uv, point: sample.point });

@@ -79,6 +79,14 @@ counters! {
     shadow_ray_queries,
     /// Paths that ended where there is no static observer: on a surface within the horizon.
     no_static_observer,
+    /// Rays of the camera that ended on a surface.
+    camera_hit,
+    /// Rays of the camera that left the scene for good.
+    camera_escaped,
+    /// Rays of the camera that fell into the hole.
+    camera_captured,
+    /// Rays of the camera that the integrator gave up.
+    camera_out_of_steps,
     /// Rays that ended on a surface.
     hit,
     /// Rays that left the scene for good.
@@ -117,6 +125,17 @@ impl Counters {
         *ended += 1;
         self.steps += u64::from(end.cost.steps);
         self.add_queries(end.cost);
+    }
+
+    /// Counts what became of a ray of the camera, which is counted by [`Counters::add_ray`] too.
+    #[inline]
+    pub fn add_camera_ray(&mut self, end: &RayEnd) {
+        *match end.arrival {
+            Arrival::Surface(_) => &mut self.camera_hit,
+            Arrival::Sky(..) => &mut self.camera_escaped,
+            Arrival::Captured => &mut self.camera_captured,
+            Arrival::OutOfSteps => &mut self.camera_out_of_steps,
+        } += 1;
     }
 
     /// Counts `count` shadow rays that have been traced, and what all of them took: their steps are none of a path's rays.

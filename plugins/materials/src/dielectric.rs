@@ -42,6 +42,9 @@ pub const PLUGIN: Plugin<dyn Material> =
 /// The range of indices. No substance lies outside; beyond it, squares that radiance is multiplied with soon leave single precision.
 const INDICES: RangeInclusive<f32> = 1e-3..=1e3;
 
+/// A wavelength in the middle of what is visible (nm).
+const MIDDLE: f32 = 550.0;
+
 /// Refractive index of the inside over that of the outside.
 enum Index {
     /// The same for all wavelengths.
@@ -180,6 +183,13 @@ impl Material for Dielectric {
     fn is_uniform(&self) -> bool {
         // That of a smooth one is not steady where reflection becomes total.
         matches!(self.facets, Facets::Rough(_))
+    }
+
+    fn refractive_index(&self) -> Option<f32> {
+        Some(match &self.index {
+            Index::Constant(eta) => *eta,
+            Index::Dispersive(eta) => eta.at(MIDDLE),
+        })
     }
 
     fn is_specular(&self) -> bool {

@@ -50,6 +50,7 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
         return None;
     }
     let corners = |patch: &[u32; 4]| patch.map(|v| positions[v as usize]);
+    warn_of_crossings(p, &patches, corners);
     let corner_uvs = |patch: &[u32; 4]| match uvs.is_empty() {
         true => [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE],
         false => patch.map(|v| uvs[v as usize]),
@@ -81,6 +82,37 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
         surfaces.push(WorldGeometry::Analytic(Box::new(Patch::new(points, normals, corner_uvs(patch), flip))));
     }
     Some(Box::new(surfaces))
+}
+
+/// Warns of flat patches that cross themselves, as those do whose corners stand in a circle.
+fn warn_of_crossings(p: &Params, patches: &[[u32; 4]], corners: impl Fn(&[u32; 4]) -> [DVec3; 4]) {
+    let crossing = patches.iter().filter(|patch| crosses_itself(corners(patch))).count();
+    if crossing > 0 {
+        let what = if patches.len() == 1 {
+            "this patch crosses itself".to_owned()
+        } else {
+            format!("{crossing} patches cross themselves")
+        };
+        p.report(
+            Diagnostic::warning("bow-tie", format!("{what}: the third and the fourth corner have changed places"))
+                .at(p.span_of(if p.is_given("indices") { "indices" } else { "P" }), "like a bow tie")
+                .help("corners stand row by row: p00, p10, p01, p11, and not in a circle; exchange the last two"),
+        );
+    }
+}
+
+/// Whether the sides of a flat patch cross: in a circle the corners are p00, p10, p11, p01.
+fn crosses_itself([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
+    let circle = [p00, p10, p11, p01];
+    let normal = |i: usize| (circle[(i + 1) % 4] - circle[i]).cross(circle[(i + 3) % 4] - circle[i]);
+    let normals: [DVec3; 4] = std::array::from_fn(normal);
+    let along = normals.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared())).unwrap_or_default();
+    let size = along.length();
+    // Two of the corners turn the other way round than the other two.
+    let turns = normals.map(|n| n.dot(along) / (size * size));
+    let (left, right) = (turns.iter().filter(|t| **t > 1e-3).count(), turns.iter().filter(|t| **t < -1e-3).count());
+    let is_flat = normals.iter().all(|n| n.cross(along).length() <= 1e-3 * size * size);
+    is_flat && (left, right) == (2, 2)
 }
 
 /// Whether two triangles are the same as the patch, texture coordinates included.

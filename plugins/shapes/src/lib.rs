@@ -9,6 +9,7 @@ mod bilinearmesh;
 mod cylinder;
 mod disk;
 mod ellipsoid;
+mod file_kind;
 mod mesh;
 pub mod obj;
 mod obj_lines;

@@ -8,6 +8,7 @@
 //! Microsoft's programs write as `-nan(ind)`, does not know lines that end as on old Macintoshes, nor in which line a face names a vertex
 //! that is not there, and gives what some corners lack to the wrong ones.
 
+use crate::file_kind::looks_like;
 use crate::mesh::{Fan, can_be_numbered, fill_normals, fill_polygons, unit};
 use crate::obj_lines::{Line, Lines, numbers};
 use bhs_core::geometry::WorldMesh;
@@ -66,7 +67,8 @@ pub fn read(file: &[u8]) -> Result<Obj, String> {
         };
         read.map_err(|fault| format!("line {}: {fault}", lines.number()))?;
     }
-    reader.finish()
+    let is_mesh = !reader.positions.is_empty();
+    reader.finish().map_err(|fault| if is_mesh { fault } else { fault + looks_like(file) })
 }
 
 impl Reader<'_> {

@@ -2,6 +2,7 @@
 //!
 //! Source: G. Turk, "The PLY Polygon File Format", 1994; type words with sizes (`float32`) as in later files.
 
+use crate::file_kind::looks_like;
 use crate::obj_lines::{BYTE_ORDER_MARK, refuse_utf16};
 use crate::ply_input::Input;
 
@@ -129,7 +130,10 @@ pub(crate) fn read(input: &mut Input) -> Result<Header, String> {
             false => b'\n',
         },
         [b'p', b'l', b'y', b' ' | b'\t', ..] => b'\n',
-        _ => return Err("not a PLY file: its first line is not `ply`".into()),
+        _ => {
+            input.fill(512)?;
+            return Err(format!("not a PLY file: its first line is not `ply`{}", looks_like(input.rest())));
+        }
     };
     let mut header = Header { format: Format::Ascii, elements: Vec::new(), eol, lines: 0 };
     let mut format = None;

@@ -68,7 +68,8 @@ fn faults_are_told_with_their_line() {
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     check("", "it holds no triangle");
     check(three, "it holds no triangle");
-    check("# only a comment", "it holds no triangle");
+    check("# only a comment", "it holds no triangle; it is text, and no mesh that is known");
+    check("<!DOCTYPE html>\n", "it holds no triangle; it is a web page: download the file itself, not the page that shows it");
     check("v 0 0\n", "line 1: `v` needs three numbers, and takes one or three more");
     check("# ...\n\nv 0 0 x\n", "line 3: `v` needs three numbers, and takes one or three more");
     check("v 0 0 0 0\n", "line 1: the fourth number of `v` is 0");

@@ -176,7 +176,7 @@ fn every_fault_is_told_with_its_place() {
         assert_eq!(read(&gzip(file.as_bytes())).map(|_| ()), Err(fault.to_owned()), "{change:?} gzip");
     };
     // The header.
-    check(&[("ply\n", "plx\n")], "not a PLY file: its first line is not `ply`");
+    check(&[("ply\n", "plx\n")], "not a PLY file: its first line is not `ply`; it is text, and no mesh that is known");
     check(&[("ply\n", "ply x\n")], "header line 1: unknown keyword `ply`");
     check(&[("end_header", "")], "header line 10: unknown keyword `0`");
     check(&[("format ascii 1.0\n", "")], "the header has no line `format`");
@@ -230,6 +230,8 @@ fn faults_of_binary_and_compressed_files_are_told() {
     let fault = |file: &[u8]| read(file).expect_err("a fault");
     assert_eq!(fault(b""), "the file is empty");
     assert_eq!(fault(b"ply"), "not a PLY file: its first line is not `ply`");
+    assert!(fault(b"v 0 0 0\nv 1 0 0\n").ends_with("; it looks like OBJ: Shape \"objmesh\" reads it"));
+    assert!(fault(b"version https://git-lfs.github.com/spec/v1\n").contains("git lfs pull"));
     assert_eq!(fault(b"ply\n"), "the header has no end: there is no line `end_header`");
     assert_eq!(fault(&gzip(b"")), "the file is empty");
     let whole = write("binary_little_endian", "int");

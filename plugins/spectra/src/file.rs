@@ -43,7 +43,8 @@ fn make(param: &Param, role: SpectrumRole, context: &Context) -> Built {
     let bytes = context.files.read(&path.value, path.span).map_err(|why| {
         vec![Diagnostic::error("unreadable-file", format!("cannot read `{}`: {why}", path.value)).at(path.span, "")]
     })?;
-    let points = parse(&bytes).map_err(|faults| {
+    let film = context.lambda_range.map(f64::from);
+    let points = parse(&bytes, film).map_err(|faults| {
         let told = faults.iter().take(MOST_FAULTS).map(|fault| {
             let more = if faults.len() > MOST_FAULTS { format!(" ({} faults in all)", faults.len()) } else { String::new() };
             let message = format!("`{}` is no spectrum: {fault}{more}", path.value);
@@ -66,8 +67,8 @@ const SHORTEST_NM: f64 = 10.0;
 /// Wavelengths that all lie above are in other units, or say nothing of what is seen.
 const LONGEST_NM: f64 = 3000.0;
 
-/// The points of a file by increasing wavelength, or what is wrong with its lines.
-fn parse(bytes: &[u8]) -> Result<Vec<Point>, Vec<String>> {
+/// The points of a file by increasing wavelength, for a film that records `film` (nm), or what is wrong with its lines.
+fn parse(bytes: &[u8], film: [f64; 2]) -> Result<Vec<Point>, Vec<String>> {
     let fault = |text: &str| Err(vec![text.to_owned()]);
     match bytes {
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => return fault("it is not text in UTF-8 or ASCII, but in UTF-16"),
@@ -111,7 +112,8 @@ fn parse(bytes: &[u8]) -> Result<Vec<Point>, Vec<String>> {
         }
     }
     if faults.is_empty() {
-        faults.extend(unit_fault(&points));
+        let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p.1));
+        faults.extend(unit_fault(ends, film).map(|fault| format!("its {fault}")));
     }
     if faults.is_empty() { Ok(points) } else { Err(faults) }
 }
@@ -145,19 +147,17 @@ fn order_faults(points: &[Point], decreases: bool) -> Vec<String> {
     faults
 }
 
-/// What is wrong with the unit of wavelengths, as far as numbers tell.
-fn unit_fault(points: &[Point]) -> Option<String> {
-    let (shortest, longest) = (points.first()?.1, points.last()?.1);
-    if longest < 1e-4 {
-        return Some(format!("its wavelengths end at {longest:e} nm: are they in metres? they must be in nm, 1e9 times as much"));
+/// What is wrong with the unit of wavelengths that reach from the one of `range` to the other, as far as numbers tell; nothing where the film
+/// records such wavelengths, from one of `film` to the other.
+pub fn unit_fault([shortest, longest]: [f64; 2], film: [f64; 2]) -> Option<String> {
+    if longest < SHORTEST_NM && longest < film[0] {
+        if longest < 1e-4 {
+            return Some(format!("wavelengths end at {longest:e} nm: are they in metres? they must be in nm, 1e9 times as much"));
+        }
+        return Some(format!("wavelengths end at {longest} nm: are they in micrometres? they must be in nm, 1000 times as much"));
     }
-    if longest < SHORTEST_NM {
-        return Some(format!(
-            "its wavelengths end at {longest} nm: are they in micrometres? they must be in nm, 1000 times as much"
-        ));
-    }
-    (shortest >= LONGEST_NM).then(|| {
-        format!("its wavelengths begin at {shortest} nm: are they in \u{e5}ngstr\u{f6}m? they must be in nm, a tenth of that")
+    (shortest >= LONGEST_NM && shortest > film[1]).then(|| {
+        format!("wavelengths begin at {shortest} nm: are they in \u{e5}ngstr\u{f6}m? they must be in nm, a tenth of that")
     })
 }
 

@@ -11,6 +11,7 @@
 //! Material "diffuse" "spectrum reflectance" [400 0.1  500 0.8  700 0.9]
 //! ```
 
+use crate::file::unit_fault;
 use crate::tabulated::{Outside, Tabulated};
 use crate::{Built, Maker, check_role, numbers, wrong_value};
 use bhs_core::Plugin;
@@ -27,7 +28,7 @@ pub const PLUGIN: Plugin<dyn SpectrumMaker> = Plugin {
     build: |_| Some(Box::new(Maker(make))),
 };
 
-fn make(param: &Param, role: SpectrumRole, _: &Context) -> Built {
+fn make(param: &Param, role: SpectrumRole, context: &Context) -> Built {
     let (pairs, rest) = numbers(param).as_chunks::<2>();
     if pairs.is_empty() || !rest.is_empty() {
         return Err(vec![wrong_value(param, "one number, or pairs of wavelength [nm] and value")]);
@@ -43,6 +44,11 @@ fn make(param: &Param, role: SpectrumRole, _: &Context) -> Built {
     }
     if let Some(w) = points.windows(3).find(|w| w[2].0 == w[0].0) {
         return bad(format!("`{name}` has three values at {} nm", w[0].0), "two make a step, a third has no meaning");
+    }
+    let [lo, hi] = context.lambda_range;
+    if let Some(fault) = unit_fault([points[0].0, points[points.len() - 1].0], [lo, hi].map(f64::from)) {
+        let help = "wavelengths are in nm: green light has 550";
+        return Err(vec![Diagnostic::error("other-unit", format!("`{name}`: its {fault}")).at(param.span, "").help(help)]);
     }
     check_role(param, param.span, role, points.iter().map(|p| (p.1, format!(" at {} nm", p.0))))?;
     Ok(Arc::new(Tabulated::new(&points, Outside::EndValue)))

@@ -3,6 +3,7 @@
 use super::Lower;
 use super::grammar::Rule;
 use crate::lang::ast::{Holder, Reference};
+use crate::lang::foreign;
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, shorten};
 use bhs_core::value::{ParamType, Values};
 use pest::iterators::Pair;
@@ -175,6 +176,7 @@ impl Lower<'_> {
             return self.fault("stray", "this `]` closes nothing", at, "", Some("remove it, or open the list with `[`".into()));
         }
         let (message, help) = match word {
+            _ if let Some(help) = foreign::mark(word) => (format!("expected a value, found `{shown}`"), help),
             _ if word.contains(',') && word.split_terminator(',').all(|w| read_number(w).is_some()) => {
                 (format!("expected a number, found `{shown}`"), "separate numbers by blanks, without commas".to_owned())
             }
@@ -196,7 +198,10 @@ impl Lower<'_> {
             _ if word.starts_with(|c: char| c.is_ascii_uppercase()) => {
                 (format!("expected a value, found `{shown}`"), "is a `]` missing before it?".to_owned())
             }
-            _ => (format!("expected a value, found `{shown}`"), format!("text stands in quotes: \"{shown}\"")),
+            _ => {
+                let help = format!("text stands in quotes: \"{shown}\"; a parameter is written \"type name\" and its value");
+                (format!("expected a value, found `{shown}`"), help)
+            }
         };
         self.fault("stray", message, at, "", Some(help));
     }

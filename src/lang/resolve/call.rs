@@ -3,6 +3,7 @@
 use crate::lang::ast::{Arg, Directive};
 use crate::lang::defaults::Defaults;
 use crate::lang::description::Entity;
+use crate::lang::foreign;
 use crate::lang::resolve::Resolver;
 use crate::lang::resolve::directives::{self, Row, Takes};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
@@ -68,7 +69,8 @@ impl Resolver<'_> {
                 if call.numbers.len() != count {
                     if !faulty {
                         let message = format!("`{word}` takes {count} numbers, found {}", call.numbers.len());
-                        self.error("wrong-count", message, call.numbers_span, "", "");
+                        let help = foreign::count(word, &call.numbers).unwrap_or_default();
+                        self.error("wrong-count", message, call.numbers_span, "", help);
                     }
                     return None;
                 }
@@ -130,7 +132,15 @@ impl Resolver<'_> {
                 Values::Strings(texts) => match texts.first().map(|t| t.value.split(' ').collect::<Vec<_>>()) {
                     Some(words) if words.len() == 2 && args.peek().is_some() => {
                         let types = ParamType::ALL.map(ParamType::word);
-                        (did_you_mean(words[0], types).map(|near| format!("did you mean \"{near} {}\"?", words[1])), true)
+                        let near = foreign::type_word(words[0]).or_else(|| did_you_mean(words[0], types));
+                        (near.map(|near| format!("did you mean \"{near} {}\"?", words[1])), true)
+                    }
+                    Some(words) if words.len() == 1 => {
+                        let help = format!(
+                            "a parameter's type stands before its name, such as \"float {}\", and its value behind",
+                            words[0]
+                        );
+                        (Some(help), false)
                     }
                     _ => (Some("a parameter is written \"type name\" and its value".to_owned()), false),
                 },

@@ -1,6 +1,6 @@
 //! `Camera`: a scene has one, or several with names.
 
-use crate::lang::description::CameraEntity;
+use crate::lang::description::{CameraEntity, LookAt};
 use crate::lang::resolve::Resolver;
 use crate::lang::resolve::call::Call;
 use bhs_core::diagnostics::{Diagnostic, Spanned, shorten};
@@ -32,7 +32,8 @@ impl Resolver<'_> {
             );
             return;
         }
-        self.scene.cameras.push(CameraEntity { entity, name });
+        let seen = |(span, target)| LookAt { span, target: world_from_camera.transform_point3(target) };
+        self.scene.cameras.push(CameraEntity { entity, name, look_at: self.look_at.map(seen) });
     }
 
     /// Takes the parameter `name` out of `call`, if it is there. An error if it is no name, which is reported.

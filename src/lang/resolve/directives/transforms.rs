@@ -10,6 +10,7 @@ use std::sync::Arc;
 impl Resolver<'_> {
     pub(crate) fn identity(&mut self, _: Call) {
         self.state.ctm = Arc::default();
+        self.look_at = None;
     }
 
     pub(crate) fn translate(&mut self, call: Call) {
@@ -43,10 +44,22 @@ impl Resolver<'_> {
 
     pub(crate) fn look_at(&mut self, call: Call) {
         match transform::look_at(call.point(0), call.point(1), call.point(2)) {
-            Some(t) => self.apply(t, call.numbers_span),
+            Some(t) => {
+                self.apply(t, call.numbers_span);
+                self.look_at = Some((call.numbers_span, self.state.ctm.transform_point3(call.point(1))));
+            }
             None => {
-                let message = "`LookAt` gives no view: eye and target coincide, or up points along the view";
-                let help = "write LookAt with the eye, the target, and a direction that is up in the picture";
+                let (message, help) = if call.point(0) == call.point(1) {
+                    (
+                        "`LookAt` gives no view: eye and target coincide",
+                        "the first point is where the camera stands, the second what it looks at",
+                    )
+                } else {
+                    (
+                        "`LookAt` gives no view: up points along it",
+                        "another axis is up in such a picture: for a view straight down take 0 0 1",
+                    )
+                };
                 self.error("bad-transform", message, call.numbers_span, "", help);
             }
         }
@@ -55,6 +68,7 @@ impl Resolver<'_> {
     pub(crate) fn transform(&mut self, call: Call) {
         if let Some(t) = self.matrix(&call) {
             self.state.ctm = Arc::new(t);
+            self.look_at = None;
         }
     }
 
@@ -85,6 +99,7 @@ impl Resolver<'_> {
     pub(crate) fn coord_sys_transform(&mut self, call: Call) {
         if let Some(t) = self.systems.get(&call.name.value) {
             self.state.ctm = Arc::new(*t);
+            self.look_at = None;
         } else if !self.scene.incomplete {
             let near = self.suggestions.near(&call.name.value, self.systems.keys().map(String::as_str));
             let help = near.map_or_else(|| "name one with `CoordinateSystem`".to_owned(), |n| format!("did you mean `{n}`?"));

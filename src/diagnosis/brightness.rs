@@ -1,0 +1,100 @@
+//! How bright a picture is, and which exposure would be right.
+
+use super::Explanation;
+use crate::film::Framebuffer;
+use crate::lang::BuiltScene;
+
+/// Bins of a stop's fourth, from this many stops below 1 on.
+const LEAST: f64 = -80.0;
+const BINS: usize = 800;
+const BINS_PER_STOP: f64 = 4.0;
+
+/// What a picture should be like: the middle of its lit pixels, by the logarithm (Reinhard et al. 2002).
+const KEY: f64 = 0.18;
+/// How far off the exposure is when something is said of it (stops).
+const FAR_OFF: f64 = 7.5;
+/// A picture that is too dark shows nothing above this...
+const DARK: f64 = 1.0 / 32.0;
+/// ... but in so many of the lit pixels, and at most in so many at all: fireflies.
+const OUTLIERS: f64 = 0.002;
+/// A picture that is too bright has hardly a pixel below this.
+const BRIGHT: f64 = 16.0;
+
+/// What light that grazes a surface leaves by rounding alone, and no less than any picture has (2^-56).
+const ROUNDING: f64 = 1.4e-17;
+
+/// The luminance of a picture's pixels.
+pub struct Brightness {
+    bins: Vec<u64>,
+    /// Pixels with light.
+    lit: u64,
+    /// Of whatever colour, also such as the film cannot show.
+    any: bool,
+    /// Sum of the logarithms (base 2) of the luminance of lit pixels.
+    sum: f64,
+}
+
+impl Brightness {
+    /// That of a frame as it stands.
+    pub fn of(frame: &Framebuffer) -> Self {
+        let mut all = Self { bins: vec![0; BINS], lit: 0, any: false, sum: 0.0 };
+        frame.each_color(|[r, g, b]| {
+            all.any |= [r, g, b].iter().any(|c| c.abs() > ROUNDING);
+            let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+            if luminance > 0.0 {
+                let stops = luminance.log2();
+                all.lit += 1;
+                all.sum += stops;
+                all.bins[(((stops - LEAST) * BINS_PER_STOP).max(0.0) as usize).min(BINS - 1)] += 1;
+            }
+        });
+        all
+    }
+
+    /// Whether there is no light at all.
+    pub fn is_black(&self) -> bool {
+        !self.any
+    }
+
+    /// The luminance below which a share of the lit pixels is, to a fourth of a stop (stops above 1).
+    fn percentile(&self, share: f64) -> f64 {
+        let wanted = (share * self.lit as f64).ceil() as u64;
+        let mut below = 0;
+        let bin = self.bins.iter().position(|count| {
+            below += count;
+            below >= wanted
+        });
+        LEAST + (bin.unwrap_or(BINS - 1) as f64 + 0.5) / BINS_PER_STOP
+    }
+
+    /// Says so if the PNG shows nothing but black, or nothing but white.
+    pub fn explain(&self, built: &BuiltScene) -> Option<Explanation> {
+        if self.lit == 0 {
+            return None;
+        }
+        let exposure = built.exposure();
+        let middle = self.sum / self.lit as f64;
+        let right = KEY.log2() - middle;
+        let off = exposure - right;
+        let is_dark = off < -FAR_OFF && self.percentile(1.0 - OUTLIERS) + exposure < DARK.log2();
+        let is_bright = off > FAR_OFF && self.percentile(0.1) + exposure > BRIGHT.log2();
+        let how = match (is_dark, is_bright) {
+            (true, _) => "dark",
+            (_, true) => "bright",
+            _ => return None,
+        };
+        let film = &built.statements.film;
+        let place = built.statements.place(film.param("exposure").unwrap_or(film.at));
+        let place = place.map(|place| format!(" ({place})")).unwrap_or_default();
+        Some(Explanation::warning(
+            "exposure",
+            format!(
+                "the PNG is about {:.0} stops too {how}; write \"float exposure\" {:.1} into the `Film`{place}, or make the lights {}: the EXR file \
+                 has all that there is",
+                off.abs(),
+                right,
+                if is_dark { "stronger" } else { "weaker" },
+            ),
+        ))
+    }
+}
