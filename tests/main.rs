@@ -12,6 +12,7 @@ mod checkpoint;
 mod command_line;
 mod confined;
 mod contact;
+mod cookbook;
 mod coplanar;
 mod corpus;
 mod curved;

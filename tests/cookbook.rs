@@ -1,0 +1,68 @@
+//! The cookbook keeps up with the program: its scenes are without fault and show something, its commands can be typed, and the black scene is
+//! explained as it says.
+//!
+//! `BLESS=1 cargo test --release --test all cookbook::` writes what is said of the black scene into `docs/cookbook.md`.
+
+use crate::common;
+use crate::common::examples::{blocks, build_all, examples};
+use bhs::cli::{Cli, Command};
+use bhs::diagnosis;
+use bhs::lang::{self, Overrides, SourceMap};
+use bhs::registry::Registry;
+use bhs::render::render_quietly;
+use clap::Parser;
+use std::fs;
+
+const PATH: &str = "docs/cookbook.md";
+
+/// The file that a scene names itself in its first line.
+fn name(scene: &str) -> &str {
+    scene.lines().next().and_then(|line| line.strip_prefix("# ")).unwrap_or_else(|| panic!("a scene without a name:\n{scene}"))
+}
+
+/// What is said of a small picture of a scene, before it is rendered and after.
+fn said(scene: &str) -> Vec<String> {
+    let overrides = Overrides { resolution: Some([48, 32]), spp: Some(4), ..Overrides::default() };
+    let built = lang::load_text(name(scene), scene, &Registry::builtin(), &overrides, &mut SourceMap::new());
+    let built = built.unwrap_or_else(|found| panic!("{found:?}\n{scene}"));
+    let before = diagnosis::before(&built).into_iter().map(|d| d.message);
+    before.chain(diagnosis::after(&built, &render_quietly(&built)).map(|said| said.to_string())).collect()
+}
+
+#[test]
+fn every_recipe_is_without_fault_and_shows_something() {
+    let text = common::read(PATH);
+    assert!(examples(&text).len() >= 8);
+    build_all(PATH, &text);
+    for scene in examples(&text) {
+        assert_eq!(said(scene), [""; 0], "{}", name(scene));
+    }
+}
+
+#[test]
+fn commands_can_be_typed_and_name_recipes() {
+    let text = common::read(PATH);
+    let scenes: Vec<&str> = examples(&text).into_iter().chain(blocks(&text, "bhs black")).map(name).collect();
+    let lines: Vec<&str> =
+        blocks(&text, "console").into_iter().flat_map(str::lines).filter_map(|l| l.strip_prefix("$ ")).collect();
+    assert!(lines.len() >= 3, "{lines:?}");
+    for line in lines {
+        let cli = Cli::try_parse_from(line.split_whitespace()).unwrap_or_else(|e| panic!("{line}\n{e}"));
+        if let Command::Render(args) = cli.command {
+            assert!(scenes.contains(&&*args.scene.to_string_lossy()), "{line}");
+        }
+    }
+}
+
+#[test]
+fn the_black_scene_is_explained_as_shown() {
+    let text = common::read(PATH);
+    let [scene] = blocks(&text, "bhs black")[..] else { panic!("there is one") };
+    let [shown] = blocks(&text, "text")[..] else { panic!("there is one") };
+    let said = said(scene).join("\n");
+    let right = text.replace(&format!("```text\n{shown}"), &format!("```text\n{said}\n"));
+    if right != text && std::env::var_os("BLESS").is_some() {
+        fs::write(PATH, &right).expect("the cookbook can be written");
+    }
+    assert_eq!(text, right, "BLESS=1 writes this into {PATH}");
+}
