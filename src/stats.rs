@@ -2,6 +2,7 @@
 
 use crate::bench::clock::processor_seconds;
 use crate::point_picture::PointCounters;
+use bhs_engine::connections::MOST_TURNS;
 use bhs_engine::stats::Counters;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
@@ -63,8 +64,13 @@ impl Phases {
 
 /// Shares of the geodesics between pairs of points that were sought and not found, by their number; empty if all were found.
 pub fn missed_connections(c: &Counters) -> Vec<f64> {
-    let sought = c.connections_sought.max(1) as f64;
-    let mut shares: Vec<f64> = { *c }.connections_missed().map(|missed| *missed as f64 / sought).to_vec();
+    let mut c = *c;
+    let mut sought = [c.connections_sought; 2 * MOST_TURNS];
+    for (sought, passed_over) in sought.iter_mut().zip(c.connections_passed_over()) {
+        *sought = sought.saturating_sub(*passed_over);
+    }
+    let shares = c.connections_missed().into_iter().zip(sought).map(|(missed, sought)| *missed as f64 / sought.max(1) as f64);
+    let mut shares: Vec<f64> = shares.collect();
     shares.truncate(shares.iter().rposition(|share| *share > 0.0).map_or(0, |last| last + 1));
     shares
 }
@@ -138,5 +144,7 @@ mod tests {
         assert_eq!(missed_connections(&missed), [0.0, 0.25]);
         let json = counters_to_json(&missed);
         assert_eq!((&json["connections"]["sought"], &json["connections"]["not_found"]), (&json!(8), &json!([0.0, 0.25])));
+        let some_left_out = Counters { connections_passed_over_2: 4, ..missed };
+        assert_eq!(missed_connections(&some_left_out), [0.0, 0.5]);
     }
 }

@@ -42,6 +42,15 @@ pub const MOST_TURNS: usize = 3;
 /// the shorter way round (in flat space the only one), then the one that goes round the other side.
 pub type ConnectionPair = [Option<Connection>; 2];
 
+/// Where a geodesic is to end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum End {
+    /// At a point.
+    Point(Place),
+    /// Infinitely far away, in this unit chart direction on this side.
+    Sky((DVec3, Side)),
+}
+
 /// What an integrator that can join two points offers for light sampling.
 pub trait Connections: Send + Sync {
     /// How many pairs of geodesics it offers between two points, at most [`MOST_TURNS`].
@@ -80,6 +89,28 @@ pub trait Connections: Send + Sync {
     /// (rad) and had the direction `sky.0` on the side `sky.1`: what [`Connections::connect_sky`] says of the same one. `None` if it does not offer that
     /// one.
     fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), phi: f64) -> Option<f64>;
+    /// Whether geodesics are so dear that only those should be looked for that promise something: [`Connections::connect_chosen`].
+    fn is_dear(&self) -> bool {
+        false
+    }
+    /// The pair without whole turns of each of `ends`, written to its place in `found`: of each the geodesics that `choose` asks for, which is told
+    /// its number and about what they would be. That may be far from what is found, and what is not foretold is not found.
+    fn connect_chosen(
+        &self,
+        world: &World,
+        ends: &[(Place, End)],
+        choose: &mut dyn FnMut(usize, &ConnectionPair) -> [bool; 2],
+        found: &mut [ConnectionPair],
+    ) {
+        for (k, ((x, end), found)) in ends.iter().zip(found).enumerate() {
+            let pair = match *end {
+                End::Point(y) => self.connect(world, *x, y, 0),
+                End::Sky(sky) => self.connect_sky(world, *x, sky, 0),
+            };
+            let chosen = choose(k, &pair);
+            *found = [0, 1].map(|i| pair[i].filter(|_| chosen[i]));
+        }
+    }
     /// Whether each of `shadow_rays` is occluded, written to the places of `occluded`; and what that took, all of them together.
     fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost;
 }

@@ -65,6 +65,10 @@ counters! {
     connections_missed_5,
     /// See [`Counters::connections_missed_1`].
     connections_missed_6,
+    /// Of those of each number, those that were not looked for, since they promised little.
+    connections_passed_over_1,
+    /// See [`Counters::connections_passed_over_1`].
+    connections_passed_over_2,
     /// Geodesics that were found between pairs of points for light sampling.
     connections,
     /// Those that carry no light: from behind a surface, or from the back of a light.
@@ -110,6 +114,11 @@ impl Counters {
             &mut self.connections_missed_5,
             &mut self.connections_missed_6,
         ]
+    }
+
+    /// Counts of the geodesics between pairs of points that were not looked for, by their number.
+    pub fn connections_passed_over(&mut self) -> [&mut u64; 2] {
+        [&mut self.connections_passed_over_1, &mut self.connections_passed_over_2]
     }
 
     /// Counts a ray that has been followed.

@@ -276,20 +276,19 @@ impl Path {
                 drawn.push((met, light));
             }
         }
-        let ends = drawn.iter().map(|(met, light)| (scene.world.place_of(&met.vertex.hit), light));
-        found.find(scene, connections, ends, log);
-        for (k, (Met { index, vertex, place }, light)) in drawn.iter().enumerate() {
-            let (path, State { throughput, lambda, .. }) = (&mut paths[*index], &states[*index]);
-            let (throughput, path_number) = (*throughput, *index);
-            let sample = LightSampleAt { scene, vertex, light, lambda, throughput, path: path_number, place: place.as_ref() };
-            // Straight shadow rays cost so little that roulette only adds noise.
-            if scene.bends() {
-                let so_far = path.radiance.max() / throughput.max();
-                sample.bent(found.of(k), so_far, path.stream.next_1d(), pending, log);
-            } else {
-                sample.straight(found.of(k), pending, log);
-            }
-        }
+        let samples: ArrayVec<LightSampleAt<'_>, BATCH> = drawn
+            .iter()
+            .map(|(Met { index, vertex, place }, light)| {
+                let State { throughput, lambda, .. } = &states[*index];
+                LightSampleAt { scene, vertex, light, lambda, throughput: *throughput, path: *index, place: place.as_ref() }
+            })
+            .collect();
+        // What a path has found so far, as it would have to leave its vertex, and a random number.
+        let roulette = |sample: &LightSampleAt<'_>| {
+            let path = &mut paths[sample.path];
+            (path.radiance.max() / sample.throughput.max(), path.stream.next_1d())
+        };
+        found.sample(connections, &samples, roulette, pending, log);
     }
 }
 

@@ -6,7 +6,7 @@ use arrayvec::ArrayVec;
 use bhs_core::ray::Ray;
 use bhs_core::spacetime::{self, Side};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
-use bhs_engine::connections::{Connection, ConnectionPair, Connections, MOST_TURNS, ShadowRay};
+use bhs_engine::connections::{Connection, ConnectionPair, Connections, End, MOST_TURNS, ShadowRay};
 use bhs_engine::light_sampling::{LightSample, LightSource};
 use bhs_engine::path_log::{LightPlace, PathEvent};
 use bhs_engine::scene::{Scene, Vertex};
@@ -79,6 +79,9 @@ impl PendingShadowRays {
 /// by 2 %, time shrinks by 7 %.
 const FAINT: f32 = 0.5;
 
+/// The least probability with which a geodesic is looked for that is dear and promises little: it may turn out to carry more.
+const LEAST_WORTH: f32 = 0.05;
+
 /// A place, and a direction of the sky of a side.
 type Sky = (spacetime::Place, (DVec3, Side));
 
@@ -88,17 +91,54 @@ pub struct BatchConnections {
     turns: [[ConnectionPair; BATCH]; MOST_TURNS],
     /// How many turns there are.
     count: usize,
+    /// Of those that were chosen, one over the probability of that.
+    factors: [[f32; 2]; BATCH],
 }
 
 impl Default for BatchConnections {
     fn default() -> Self {
-        Self { turns: [[[None; 2]; BATCH]; MOST_TURNS], count: 0 }
+        Self { turns: [[[None; 2]; BATCH]; MOST_TURNS], count: 0, factors: [[0.0; 2]; BATCH] }
     }
 }
 
 impl BatchConnections {
+    /// Adds to `pending` the shadow rays to `samples`, at most [`BATCH`] of them. `roulette` tells of each what the path has found so far, as it would
+    /// have to leave the vertex, and a random number in [0,1).
+    pub fn sample(
+        &mut self,
+        connections: &dyn Connections,
+        samples: &[LightSampleAt<'_>],
+        mut roulette: impl FnMut(&LightSampleAt<'_>) -> (f32, f32),
+        pending: &mut PendingShadowRays,
+        log: &mut PathLog,
+    ) {
+        let Some(scene) = samples.first().map(|sample| sample.scene) else { return };
+        let ends = samples.iter().map(|sample| (scene.world.place_of(&sample.vertex.hit), sample.light));
+        if connections.is_dear() {
+            let survive = |k: usize, outlines: &ConnectionPair| {
+                let (so_far, u) = roulette(&samples[k]);
+                (samples[k].worth(outlines, so_far), u)
+            };
+            self.find_chosen(scene, connections, ends, survive, log);
+            for (k, sample) in samples.iter().enumerate() {
+                sample.chosen(self.chosen(k), pending, log);
+            }
+            return;
+        }
+        self.find(scene, connections, ends, log);
+        for (k, sample) in samples.iter().enumerate() {
+            // Straight shadow rays cost so little that roulette only adds noise.
+            if scene.bends() {
+                let (so_far, u) = roulette(sample);
+                sample.bent(self.of(k), so_far, u, pending, log);
+            } else {
+                sample.straight(self.of(k), pending, log);
+            }
+        }
+    }
+
     /// Finds those between `ends`: at most [`BATCH`] of them.
-    pub fn find<'a>(
+    fn find<'a>(
         &mut self,
         scene: &Scene,
         connections: &dyn Connections,
@@ -122,6 +162,50 @@ impl BatchConnections {
         if scene.bends() {
             self.count_missed(count, connections.images(), log);
         }
+    }
+
+    /// Finds those between `ends`, at most [`BATCH`] of them, that are chosen: `survive` says with which probabilities, by the number of the vertex and
+    /// what may be found, and which random number in [0,1) decides.
+    fn find_chosen<'a>(
+        &mut self,
+        scene: &Scene,
+        connections: &dyn Connections,
+        ends: impl Iterator<Item = (spacetime::Place, &'a LightSample)>,
+        mut survive: impl FnMut(usize, &ConnectionPair) -> ([f32; 2], f32),
+        log: &mut PathLog,
+    ) {
+        let end = |light: &LightSample| match light.source {
+            LightSource::Sky { .. } => End::Sky((light.point, light.side)),
+            _ => End::Point(light.place()),
+        };
+        let ends: ArrayVec<(spacetime::Place, End), BATCH> = ends.map(|(x, light)| (x, end(light))).collect();
+        let (factors, found) = (&mut self.factors, &mut self.turns[0][..ends.len()]);
+        self.count = 1;
+        let mut chosen = [[false; 2]; BATCH];
+        let mut choose = |k: usize, outlines: &ConnectionPair| {
+            let (survive, u) = survive(k, outlines);
+            factors[k] = survive.map(|survive| 1.0 / survive);
+            // What is not foretold counts as not found.
+            chosen[k] = [0, 1].map(|image| outlines[image].is_none() || u < survive[image]);
+            chosen[k]
+        };
+        connections.connect_chosen(&scene.world, &ends, &mut choose, found);
+        let counters = &mut log.counters;
+        counters.connections_sought += ends.len() as u64;
+        for (pair, chosen) in found.iter().zip(&chosen) {
+            for image in (0..2).filter(|image| chosen[*image] && pair[*image].is_none()) {
+                *counters.connections_missed()[image] += 1;
+            }
+            for image in (0..2).filter(|image| !chosen[*image]) {
+                *counters.connections_passed_over()[image] += 1;
+                counters.connections_ended += 1;
+            }
+        }
+    }
+
+    /// Those of vertex number `k` that were chosen, each with one over the probability of that.
+    fn chosen(&self, k: usize) -> impl Iterator<Item = (&Connection, f32)> {
+        self.turns[0][k].iter().zip(self.factors[k]).filter_map(|(connection, factor)| Some((connection.as_ref()?, factor)))
     }
 
     /// Finds those to the sky, each with the number of its vertex.
@@ -150,7 +234,7 @@ impl BatchConnections {
     }
 
     /// Those of vertex number `k`.
-    pub fn of(&self, k: usize) -> impl Iterator<Item = &Connection> {
+    fn of(&self, k: usize) -> impl Iterator<Item = &Connection> {
         self.turns[..self.count].iter().flat_map(move |pairs| pairs[k].iter().flatten())
     }
 }
@@ -175,26 +259,44 @@ pub struct LightSampleAt<'a> {
 
 impl LightSampleAt<'_> {
     /// Adds shadow rays along straight lines to `pending`, for what may arrive there and is scattered back along the path.
-    pub fn straight<'c>(
+    fn straight<'c>(
         &self,
         connections: impl Iterator<Item = &'c Connection>,
         pending: &mut PendingShadowRays,
         log: &mut PathLog,
     ) {
-        for connection in connections {
+        self.chosen(connections.map(|connection| (connection, 1.0)), pending, log);
+    }
+
+    /// The same along geodesics that were chosen, each with one over the probability of that.
+    fn chosen<'c>(
+        &self,
+        connections: impl Iterator<Item = (&'c Connection, f32)>,
+        pending: &mut PendingShadowRays,
+        log: &mut PathLog,
+    ) {
+        for (connection, factor) in connections {
             log.counters.connections += 1;
             let carried = self.carried(connection);
             if carried.is_zero() {
                 log.counters.connections_dark += 1;
             } else {
-                self.push(connection, carried, pending);
+                self.push(connection, carried * factor, pending);
             }
         }
     }
 
+    /// With which probability each of the geodesics is to be looked for, of which the `outlines` are known. `found`: as for [`LightSampleAt::bent`].
+    fn worth(&self, outlines: &ConnectionPair, found: f32) -> [f32; 2] {
+        let light = outlines.map(|outline| outline.map_or(0.0, |outline| self.carried(&outline).max()));
+        let all = (light[0] + light[1]).max(found);
+        // Where nothing carries light the share is not a number.
+        light.map(|light| light / (FAINT * all)).map(|share| if share >= LEAST_WORTH { share.min(1.0) } else { LEAST_WORTH })
+    }
+
     /// The same along all geodesics to the sample: those that carry little are chosen by Russian roulette, with `u`, a number in [0,1) that
     /// nothing else depends on. `found`: the light of the path so far, as it would have to leave the vertex.
-    pub fn bent<'c>(
+    fn bent<'c>(
         &self,
         connections: impl Iterator<Item = &'c Connection>,
         found: f32,

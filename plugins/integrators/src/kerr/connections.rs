@@ -15,7 +15,7 @@ use crate::tracing::surfaces::Surfaces;
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::ray::Cost;
 use bhs_core::spacetime::{Class, Kerr, Place, Side, Spacetime};
-use bhs_engine::connections::{Connection, ConnectionPair, Connections, ShadowRay};
+use bhs_engine::connections::{Connection, ConnectionPair, Connections, End, ShadowRay};
 use bhs_engine::world::World;
 use glam::DVec3;
 
@@ -89,16 +89,31 @@ impl Around {
         }
     }
 
-    /// Both rays of each of `ends`, written to the places of `found`.
-    fn connect(&self, ends: impl Iterator<Item = (Option<DVec3>, Option<Target>)>, found: &mut [ConnectionPair]) {
-        let ends: Vec<Option<(DVec3, Target)>> = ends.map(|(x, target)| x.zip(target)).collect();
-        let known: Vec<(DVec3, Target)> = ends.iter().flatten().copied().collect();
-        let mut rays = find_all(self.spin, &known).into_iter();
-        for (end, found) in ends.iter().zip(found) {
-            *found = match end {
-                Some((_, target)) => rays.next().unwrap_or_default().map(|ray| ray.map(|ray| self.connection(&ray, *target))),
-                None => [None; 2],
-            };
+    /// About the same, of a ray around the hole without spin.
+    fn outline(&self, c: &Connection, target: Target) -> Connection {
+        let area = match target {
+            Target::Point(_) => self.mass * self.mass,
+            Target::Sky(_) => 1.0,
+        };
+        Connection { launch: self.chart(c.launch), arrival: self.chart(c.arrival), spread: c.spread * area, phi: c.phi }
+    }
+
+    /// Both rays of each of `ends`, or those of them that are chosen, written to the places of `found`.
+    fn connect(
+        &self,
+        ends: impl Iterator<Item = (Option<DVec3>, Option<Target>)>,
+        choose: &mut dyn FnMut(usize, &ConnectionPair) -> [bool; 2],
+        found: &mut [ConnectionPair],
+    ) {
+        found.fill([None; 2]);
+        let known = ends.enumerate().filter_map(|(k, (x, target))| Some((k, (x?, target?))));
+        let (places, pairs): (Vec<usize>, Vec<(DVec3, Target)>) = known.unzip();
+        let choose = |i: usize, outlines: &ConnectionPair| {
+            let outline = |c: Option<Connection>| c.map(|c| self.outline(&c, pairs[i].1));
+            choose(places[i], &outlines.map(outline))
+        };
+        for (k, (rays, (_, target))) in places.iter().zip(find_all(self.spin, &pairs, choose).into_iter().zip(&pairs)) {
+            found[*k] = rays.map(|ray| ray.map(|ray| self.connection(&ray, *target)));
         }
     }
 
@@ -127,7 +142,7 @@ impl Connections for KerrConnections {
 
     fn connect_all(&self, world: &World, pairs: &[[Place; 2]], found: &mut [&mut [ConnectionPair]]) {
         let (Some(around), Some(found)) = (Around::new(world), found.first_mut()) else { return };
-        around.connect(pairs.iter().map(|[x, y]| (around.place(*x), around.point(*y))), found);
+        around.connect(pairs.iter().map(|[x, y]| (around.place(*x), around.point(*y))), &mut |_, _| [true; 2], found);
     }
 
     fn spread(&self, world: &World, x: Place, launch: DVec3, y: Place, phi: f64) -> Option<f64> {
@@ -145,12 +160,31 @@ impl Connections for KerrConnections {
 
     fn connect_sky_all(&self, world: &World, ends: &[(Place, (DVec3, Side))], found: &mut [&mut [ConnectionPair]]) {
         let (Some(around), Some(found)) = (Around::new(world), found.first_mut()) else { return };
-        around.connect(ends.iter().map(|(x, sky)| (around.place(*x), around.sky(*sky))), found);
+        around.connect(ends.iter().map(|(x, sky)| (around.place(*x), around.sky(*sky))), &mut |_, _| [true; 2], found);
     }
 
     fn spread_sky(&self, world: &World, x: Place, launch: DVec3, sky: (DVec3, Side), phi: f64) -> Option<f64> {
         let around = Around::new(world)?;
         around.spread_of(around.place(x), launch, around.sky(sky), phi)
+    }
+
+    fn is_dear(&self) -> bool {
+        true
+    }
+
+    fn connect_chosen(
+        &self,
+        world: &World,
+        ends: &[(Place, End)],
+        choose: &mut dyn FnMut(usize, &ConnectionPair) -> [bool; 2],
+        found: &mut [ConnectionPair],
+    ) {
+        let Some(around) = Around::new(world) else { return };
+        let target = |end: End| match end {
+            End::Point(y) => around.point(y),
+            End::Sky(sky) => around.sky(sky),
+        };
+        around.connect(ends.iter().map(|(x, end)| (around.place(*x), target(*end))), choose, found);
     }
 
     fn occluded_all(&self, world: &World, shadow_rays: &[ShadowRay], occluded: &mut [bool]) -> Cost {

@@ -15,17 +15,17 @@ pub struct Spin<F> {
 
 /// Rays at some point of their ways, with their neighbours.
 #[derive(Clone, Copy, Debug)]
-pub struct Bundle<F> {
+pub struct Bundle<F, const D: usize> {
     /// 1/r, and its derivative by Mino's time.
-    pub u: [Pencil<F>; 2],
+    pub u: [Pencil<F, D>; 2],
     /// The top, and its derivative.
-    pub n: [[Pencil<F>; 3]; 2],
+    pub n: [[Pencil<F, D>; 3]; 2],
     /// The twist about the axis.
-    pub chi: Pencil<F>,
+    pub chi: Pencil<F, D>,
     /// Constants of motion.
-    pub k: Pencil<F>,
+    pub k: Pencil<F, D>,
     /// Angular momentum about the axis.
-    pub l: Pencil<F>,
+    pub l: Pencil<F, D>,
 }
 
 /// The place of rays in oblate coordinates.
@@ -62,7 +62,7 @@ impl<F: Real> Spin<F> {
 
     /// Rays from `x` in the chart directions `d`, and their neighbours, turned towards `aside`.
     #[inline(always)]
-    pub fn launch(&self, x: Vector<F>, d: Vector<F>, aside: [Vector<F>; 2]) -> Bundle<F> {
+    pub fn launch<const D: usize>(&self, x: Vector<F>, d: Vector<F>, aside: [Vector<F>; D]) -> Bundle<F, D> {
         let c = F::splat;
         let Self { a, charge_squared } = *self;
         let Oblate { r, square, root, n, sigma } = self.oblate(x);
@@ -81,33 +81,32 @@ impl<F: Real> Spin<F> {
         let dd = form(d);
         let scale = sigma / dd.sqrt();
         let per = c(1.0) / dd;
-        let tangents = [d * scale, d * (-scale * per * form(aside[0])), d * (-scale * per * form(aside[1]))];
-        let v = [tangents[0], tangents[1].plus(aside[0], scale), tangents[2].plus(aside[1], scale)];
-        // r', n' as drawn, and w.v
+        // Of the tangent in Mino's time `v`: r', n' as drawn, and w.v
         let u = c(1.0) / r;
-        let rates = v.map(|v| {
+        let rates = |v: Vector<F>| {
             let r1 = r.fma(x.x.fma(v.x, x.y * v.y), square * x.z * v.z * u) * over_sigma;
             let root1 = r * r1 / root;
             let over = c(1.0) / root;
             let n1 = Vector { x: (v.x - root1 * n.x) * over, y: (v.y - root1 * n.y) * over, z: (v.z - r1 * n.z) * u };
             (-r1 * u * u, n1, w.dot(v))
-        });
+        };
+        let (u1, drawn, about) = rates(d * scale);
+        let beside = aside.map(|aside| rates((d * (-scale * per * form(aside))).plus(aside, scale)));
         let per_l = root * over_sigma * (m * a2 * w2 / (square * static_part) + c(1.0));
-        let l = Pencil { v: per_l * rates[0].2 - m * a * w2 / static_part, d: [per_l * rates[1].2, per_l * rates[2].2] };
+        let l = Pencil { v: per_l * about - m * a * w2 / static_part, d: beside.map(|(.., about)| per_l * about) };
         let den = u.fma(u.fma(a2 + charge_squared, c(-2.0)), c(1.0));
         let per_twist = -a2 * u * u / den;
-        let twist =
-            Pencil { v: a * u * (c(2.0) - a.fma(l.v, charge_squared) * u) / den, d: [per_twist * l.d[0], per_twist * l.d[1]] };
-        let turning = |i: usize, twist: F| {
-            let n1 = rates[i].1.plus(w, -twist);
+        let twist = a * u * (c(2.0) - a.fma(l.v, charge_squared) * u) / den;
+        let turning = |drawn: Vector<F>, twist: F| {
+            let n1 = drawn.plus(w, -twist);
             n1.plus(n, -n1.dot(n))
         };
-        let n1 = [turning(0, twist.v), turning(1, twist.d[0]), turning(2, twist.d[1])];
-        let by = |i: usize| c(2.0) * n1[0].dot(n1[i]);
-        let k = Pencil { v: n1[0].length_squared() - a2 * n.z * n.z, d: [by(1), by(2)] };
-        let turn = |of: fn(&Vector<F>) -> F| Pencil { v: of(&n1[0]), d: [of(&n1[1]), of(&n1[2])] };
+        let n1 = turning(drawn, twist);
+        let n1_beside: [Vector<F>; D] = std::array::from_fn(|i| turning(beside[i].1, per_twist * l.d[i]));
+        let k = Pencil { v: n1.length_squared() - a2 * n.z * n.z, d: n1_beside.map(|beside| c(2.0) * n1.dot(beside)) };
+        let turn = |of: fn(&Vector<F>) -> F| Pencil { v: of(&n1), d: n1_beside.map(|n| of(&n)) };
         Bundle {
-            u: [Pencil::constant(u), Pencil { v: rates[0].0, d: [rates[1].0, rates[2].0] }],
+            u: [Pencil::constant(u), Pencil { v: u1, d: beside.map(|(u1, ..)| u1) }],
             n: [[n.x, n.y, n.z].map(Pencil::constant), [turn(|n| n.x), turn(|n| n.y), turn(|n| n.z)]],
             chi: Pencil::constant(c(0.0)),
             k,
@@ -125,23 +124,23 @@ impl<F: Real> Spin<F> {
 
 /// The factors of the equations of motion.
 #[derive(Clone, Copy, Debug)]
-pub struct Factors<F> {
+pub struct Factors<F, const D: usize> {
     /// `K`
-    pub(super) k: Pencil<F>,
+    pub(super) k: Pencil<F, D>,
     /// Of u, u^2 and u^3 in u''.
-    pub(super) of_u: [Pencil<F>; 3],
+    pub(super) of_u: [Pencil<F, D>; 3],
     /// Of u and -u^2 in the numerator of chi'.
-    pub(super) twist: [Pencil<F>; 2],
+    pub(super) twist: [Pencil<F, D>; 2],
     /// Of u^2 in its denominator.
     pub(super) horizon: F,
     /// `a^2`
     pub(super) a2: F,
 }
 
-impl<F: Real> Factors<F> {
+impl<F: Real, const D: usize> Factors<F, D> {
     /// Those of the rays `bundle`.
     #[inline(always)]
-    pub fn new(spin: &Spin<F>, bundle: &Bundle<F>) -> Self {
+    pub fn new(spin: &Spin<F>, bundle: &Bundle<F, D>) -> Self {
         let c = F::splat;
         let Spin { a, charge_squared } = *spin;
         let (k, l, a2) = (bundle.k, bundle.l, a * a);
@@ -154,7 +153,7 @@ impl<F: Real> Factors<F> {
 
     /// `u'^2` and half its derivative at 1/r = `u`, each with the derivatives by the launch.
     #[inline(always)]
-    pub fn quartic(&self, u: F) -> [Pencil<F>; 2] {
+    pub fn quartic(&self, u: F) -> [Pencil<F, D>; 2] {
         let c = F::splat;
         let [p, q, s] = self.of_u;
         let square = u * u;

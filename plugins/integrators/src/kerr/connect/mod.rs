@@ -4,20 +4,27 @@
 //! the thin tube behind the hole where four meet, and of light that winds further, the others are left to BSDF sampling.
 //!
 //! `search` has what is looked for, and begins with the rays of the hole without spin; `edge` is the edge of capture; `bundle` has rays with their
-//! neighbours (`pencil`), `series` follows them, `reached` says where they have come, `newton` makes them end where they are to end.
+//! neighbours (`pencil`), `series` follows them. `quick` makes most of them end where they are to end, eight side by side (`packet`); `newton` those
+//! that are left, where `reached` says where they have come.
 
 pub mod bundle;
 pub mod edge;
 pub mod newton;
+pub mod packet;
 pub mod pencil;
+pub mod quick;
 pub mod reached;
 pub mod search;
 pub mod series;
 
 use crate::kerr::connect::bundle::Spin;
 use crate::kerr::connect::newton::{Found, run_all, sharpened};
+use crate::kerr::connect::quick::run_side_by_side;
 use crate::kerr::connect::reached::{Trial, follow_all};
 use crate::kerr::connect::search::{Guess, Image, Search, Target};
+use arrayvec::ArrayVec;
+use bhs_core::lanes::LANES;
+use bhs_engine::connections::ConnectionPair;
 use glam::DVec3;
 
 /// How far from its end a ray that was traced may be, over the distance between the ends, and surely, or maybe, be the ray that was found; and how
@@ -29,13 +36,47 @@ const ONCE: f64 = 0.01;
 /// Cosine of the largest angle between launches of one and the same ray.
 const SAME_LAUNCH: f64 = 0.95;
 
-/// Both rays between each of `pairs`.
-pub fn find_all(spin: Spin<f64>, pairs: &[(DVec3, Target)]) -> Vec<[Option<Found>; 2]> {
-    let both: Vec<_> =
-        pairs.iter().map(|(x, to)| if *to == Target::Point(*x) { [None; 2] } else { Search::both(*x, *to) }).collect();
-    let searches: Vec<Search> = both.iter().flatten().flatten().copied().collect();
-    let mut answers = run_all(spin, &searches).into_iter();
-    both.iter().map(|both| both.map(|search| search.and_then(|_| answers.next().flatten()))).collect()
+/// The rays between each of `pairs`, of both those that `choose` asks for, which is told their number and both rays around the hole without spin.
+pub fn find_all(
+    spin: Spin<f64>,
+    pairs: &[(DVec3, Target)],
+    mut choose: impl FnMut(usize, &ConnectionPair) -> [bool; 2],
+) -> Vec<[Option<Found>; 2]> {
+    let mut searches: Vec<Search> = Vec::with_capacity(2 * pairs.len());
+    let mut places: Vec<(usize, usize)> = Vec::with_capacity(2 * pairs.len());
+    for (k, (x, to)) in pairs.iter().enumerate() {
+        let (both, outlines) = if *to == Target::Point(*x) { ([None; 2], [None; 2]) } else { Search::both(*x, *to) };
+        let chosen = choose(k, &outlines);
+        for (image, search) in both.into_iter().enumerate().filter(|(image, _)| chosen[*image]) {
+            searches.extend(search);
+            places.extend(search.map(|_| (k, image)));
+        }
+    }
+    let mut found = vec![[None; 2]; pairs.len()];
+    for ((k, image), ray) in places.into_iter().zip(search_all(spin, &searches)) {
+        found[k][image] = ray;
+    }
+    found
+}
+
+/// What is found of `searches`.
+fn search_all(spin: Spin<f64>, searches: &[Search]) -> Vec<Option<Found>> {
+    let mut found = vec![None; searches.len()];
+    for image in [Image::Direct, Image::Round] {
+        let of_image: Vec<usize> = (0..searches.len()).filter(|i| searches[*i].image == image).collect();
+        for numbers in of_image.chunks(LANES) {
+            let packet: ArrayVec<&Search, LANES> = numbers.iter().map(|i| &searches[*i]).collect();
+            for (i, ray) in numbers.iter().zip(run_side_by_side(spin, image, &packet)) {
+                found[*i] = ray;
+            }
+        }
+    }
+    let left: Vec<usize> = (0..searches.len()).filter(|i| found[*i].is_none()).collect();
+    let again: Vec<Search> = left.iter().map(|i| searches[*i]).collect();
+    for (i, ray) in left.iter().zip(run_all(spin, &again)) {
+        found[*i] = ray;
+    }
+    found
 }
 
 /// The ray that [`find_all`] finds from `x` to `target` and that `traced`, which strays a little, is.
@@ -47,9 +88,9 @@ pub fn image_of(spin: Spin<f64>, x: DVec3, target: Target, traced: Guess) -> Opt
     let trial = Trial { a: spin.a, x, guess: traced, aside: [e1, traced.launch.cross(e1)], exit: f64::NEG_INFINITY };
     // Neighbours say which of the two it can be.
     let image =
-        if follow_all(spin.charge_squared, &[trial], true)[0]?.determinant() > 0.0 { Image::Direct } else { Image::Round };
-    let search = Search::both(x, target).into_iter().flatten().find(|search| search.image == image)?;
-    let found = run_all(spin, &[search])[0]?;
+        if follow_all(spin.charge_squared, &[trial], false)[0]?.determinant() > 0.0 { Image::Direct } else { Image::Round };
+    let search = Search::both(x, target).0.into_iter().flatten().find(|search| search.image == image)?;
+    let found = search_all(spin, &[search])[0]?;
     let is_it = found.is_same(traced, SURELY)
         || (found.is_same(traced, MAYBE)
             && sharpened(spin, &search, traced).is_some_and(|exact| found.is_same(exact.guess, ONCE)));

@@ -30,25 +30,25 @@ const FOLLOWS: u32 = 24;
 const HALVINGS: u32 = 5;
 
 /// The largest change of the time in one step, over the time; that of the launch (rad), and of the logarithm of its angle from the edge.
-const MOST_LONGER: f64 = 0.5;
-const MOST_TURNED: f64 = 0.5;
-const MOST_LOG: f64 = 1.5;
+pub(super) const MOST_LONGER: f64 = 0.5;
+pub(super) const MOST_TURNED: f64 = 0.5;
+pub(super) const MOST_LOG: f64 = 1.5;
 
 /// How long a ray is followed at most to where it leaves, over its time.
-const MOST_TAU: f64 = 3.0;
+pub(super) const MOST_TAU: f64 = 3.0;
 
 /// Error, over the distance, at which the search goes on with fine rays; a fine ray may have so many times that, which was near as a rough one.
-const NEAR: f64 = 2e-2;
+pub(super) const NEAR: f64 = 2e-2;
 const COARSER: f64 = 100.0;
 
 /// Error, over the distance, at which a last step is taken and the search ends.
-const FOUND: f64 = 1e-6;
+pub(super) const FOUND: f64 = 3e-7;
 
 /// Steps in which the spin grows where it cannot be had at once.
 const STAGES: u32 = 4;
 
 /// Newton's steps to an edge.
-const EDGE_STEPS: u32 = 6;
+pub(super) const EDGE_STEPS: u32 = 6;
 
 /// A launch as seen from the edge of capture.
 #[derive(Clone, Copy, Debug)]

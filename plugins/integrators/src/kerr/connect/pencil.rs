@@ -1,89 +1,118 @@
-//! Numbers of rays with their derivatives by two angles of the launch: a ray with its neighbours.
+//! Numbers of rays with their derivatives by D angles of the launch: with two of them a ray with its neighbours, with none the ray alone.
 
 use bhs_core::real::Real;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number with its derivatives by two angles.
+/// A number with its derivatives by D angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pencil<F> {
+pub struct Pencil<F, const D: usize> {
     /// The number.
     pub v: F,
     /// Its derivatives.
-    pub d: [F; 2],
+    pub d: [F; D],
 }
 
-impl<F: Real> Pencil<F> {
+impl<F: Real, const D: usize> Pencil<F, D> {
     /// A number that is the same for all neighbours.
     #[inline(always)]
     pub fn constant(v: F) -> Self {
-        Self { v, d: [F::splat(0.0); 2] }
+        Self { v, d: [F::splat(0.0); D] }
     }
 
     /// `self + a b`
     #[inline(always)]
     pub fn plus(self, a: Self, b: Self) -> Self {
-        let d = |i: usize| a.d[i].fma(b.v, a.v.fma(b.d[i], self.d[i]));
-        Self { v: a.v.fma(b.v, self.v), d: [d(0), d(1)] }
+        let mut d = self.d;
+        for i in 0..D {
+            d[i] = a.d[i].fma(b.v, a.v.fma(b.d[i], d[i]));
+        }
+        Self { v: a.v.fma(b.v, self.v), d }
     }
 
     /// `self + a s`
     #[inline(always)]
     pub fn plus_scaled(self, a: Self, s: F) -> Self {
-        let d = |i: usize| a.d[i].fma(s, self.d[i]);
-        Self { v: a.v.fma(s, self.v), d: [d(0), d(1)] }
+        let mut d = self.d;
+        for i in 0..D {
+            d[i] = a.d[i].fma(s, d[i]);
+        }
+        Self { v: a.v.fma(s, self.v), d }
     }
 
     /// Of the rays in `which` those of `self`, of the others those of `o`.
     #[inline(always)]
     pub fn or(self, o: Self, which: F::Mask) -> Self {
         let pick = |a, b| F::select(which, a, b);
-        Self { v: pick(self.v, o.v), d: [pick(self.d[0], o.d[0]), pick(self.d[1], o.d[1])] }
+        let mut d = self.d;
+        for i in 0..D {
+            d[i] = pick(d[i], o.d[i]);
+        }
+        Self { v: pick(self.v, o.v), d }
     }
 
     /// The number of ray `i` and its derivatives.
     #[inline]
-    pub fn lane(&self, i: usize) -> Pencil<f64> {
+    pub fn lane(&self, i: usize) -> Pencil<f64, D> {
         Pencil { v: self.v.lane(i), d: self.d.map(|d| d.lane(i)) }
     }
 }
 
-impl<F: Real> Add for Pencil<F> {
+impl<F: Real, const D: usize> Add for Pencil<F, D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
-        Self { v: self.v + o.v, d: [self.d[0] + o.d[0], self.d[1] + o.d[1]] }
+        let mut d = self.d;
+        for i in 0..D {
+            d[i] += o.d[i];
+        }
+        Self { v: self.v + o.v, d }
     }
 }
 
-impl<F: Real> Sub for Pencil<F> {
+impl<F: Real, const D: usize> Sub for Pencil<F, D> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
-        Self { v: self.v - o.v, d: [self.d[0] - o.d[0], self.d[1] - o.d[1]] }
+        let mut d = self.d;
+        for i in 0..D {
+            d[i] -= o.d[i];
+        }
+        Self { v: self.v - o.v, d }
     }
 }
 
-impl<F: Real> Neg for Pencil<F> {
+impl<F: Real, const D: usize> Neg for Pencil<F, D> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { v: -self.v, d: self.d.map(|d| -d) }
+        let mut d = self.d;
+        for d in &mut d {
+            *d = -*d;
+        }
+        Self { v: -self.v, d }
     }
 }
 
-impl<F: Real> Mul for Pencil<F> {
+impl<F: Real, const D: usize> Mul for Pencil<F, D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, o: Self) -> Self {
-        let d = |i: usize| self.d[i].fma(o.v, self.v * o.d[i]);
-        Self { v: self.v * o.v, d: [d(0), d(1)] }
+        let mut d = self.d;
+        for i in 0..D {
+            d[i] = d[i].fma(o.v, self.v * o.d[i]);
+        }
+        Self { v: self.v * o.v, d }
     }
 }
 
-impl<F: Real> Mul<F> for Pencil<F> {
+impl<F: Real, const D: usize> Mul<F> for Pencil<F, D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, s: F) -> Self {
-        Self { v: self.v * s, d: self.d.map(|d| d * s) }
+        let mut d = self.d;
+        for d in &mut d {
+            *d = *d * s;
+        }
+        Self { v: self.v * s, d }
     }
 }

@@ -45,8 +45,8 @@ pub struct Reached {
 }
 
 /// Errors of rays that are far from where they are to go, and of those that come near; terms of their series.
-const ROUGH: (f64, usize) = (1e-3, 8);
-const FINE: (f64, usize) = (1e-10, 14);
+pub(super) const ROUGH: (f64, usize) = (1e-3, 8);
+pub(super) const FINE: (f64, usize) = (1e-9, 13);
 
 /// Follows at most [`LANES`] rays.
 pub fn follow_all(charge_squared: f64, trials: &[Trial], is_fine: bool) -> [Option<Reached>; LANES] {
@@ -60,9 +60,9 @@ pub fn follow_all(charge_squared: f64, trials: &[Trial], is_fine: bool) -> [Opti
     let start = spin.launch(vector(|t| t.x), vector(|t| t.guess.launch), aside);
     let until = (number(|t| t.guess.tau), number(|t| t.exit));
     let followed = if is_fine {
-        follow::<Lanes, { FINE.1 }>(&spin, &start, until, FINE.0)
+        follow::<Lanes, { FINE.1 }, 2, { FINE.1 }>(&spin, &start, until, FINE.0)
     } else {
-        follow::<Lanes, { ROUGH.1 }>(&spin, &start, until, ROUGH.0)
+        follow::<Lanes, { ROUGH.1 }, 2, { ROUGH.1 }>(&spin, &start, until, ROUGH.0)
     };
     let lost = followed.lost.to_bitmask();
     let rates = Factors::new(&spin, &followed.end).twist(followed.end.u[0].v);
@@ -76,7 +76,7 @@ pub fn follow_all(charge_squared: f64, trials: &[Trial], is_fine: bool) -> [Opti
 }
 
 /// Ray number `i`, which is `trial` and has come to where the derivative of its twist is `rate`.
-fn reached(followed: &Followed<Lanes>, trial: &Trial, i: usize, rate: f64) -> Reached {
+pub(super) fn reached(followed: &Followed<Lanes, 2>, trial: &Trial, i: usize, rate: f64) -> Reached {
     let end = &followed.end;
     let u = end.u.map(|u| u.lane(i));
     let n = end.n.map(|n| n.map(|n| n.lane(i)));

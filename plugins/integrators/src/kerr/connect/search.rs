@@ -114,8 +114,8 @@ fn duration(x: DVec3, target: Target, rs: f64, c: &Connection) -> f64 {
 }
 
 impl Search {
-    /// Those of both images between `x` and `target`.
-    pub fn both(x: DVec3, target: Target) -> [Option<Self>; 2] {
+    /// Those of both images between `x` and `target`, and the rays around the hole without spin.
+    pub fn both(x: DVec3, target: Target) -> ([Option<Self>; 2], ConnectionPair) {
         let (rs, pair) = without_spin(x, target, 0);
         let r = x.length();
         let u = rs / r;
@@ -123,13 +123,14 @@ impl Search {
         let slope = (CRITICAL - u * u + u * u * u).max(0.0).sqrt();
         let edge = u.atan2(if u < CIRCULAR { slope } else { -slope });
         let inward = -x / r;
-        std::array::from_fn(|i| {
+        let searches = std::array::from_fn(|i| {
             let c = pair[i]?;
             let turns = c.launch.dot(inward) > 0.0 && c.arrival.dot(target.vector()) > 0.0;
             let guess = Guess { launch: c.launch, tau: duration(x, target, rs, &c) };
             let image = [Image::Direct, Image::Round][i];
             Some(Self { x, target, image, guess, inward, edge, turns })
-        })
+        });
+        (searches, pair)
     }
 
     /// The ray around the hole without spin that leads to where a twist of so much (rad) would bring it to the target: the longer way round.

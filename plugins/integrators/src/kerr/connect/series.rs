@@ -5,52 +5,62 @@ use crate::kerr::connect::pencil::Pencil;
 use bhs_core::real::{Mask, Real};
 
 /// The Taylor series of rays and their neighbours, of N terms, and of what they are made of. Each coefficient is written before it is read.
-struct Series<F, const N: usize> {
-    u: [Pencil<F>; N],
-    n: [[Pencil<F>; 3]; N],
-    chi: [Pencil<F>; N],
+///
+/// Those of the neighbours end after M terms: a derivative needs fewer digits than the ray.
+struct Series<F, const N: usize, const D: usize, const M: usize> {
+    u: [Pencil<F, D>; N],
+    n: [[Pencil<F, D>; 3]; N],
+    chi: [Pencil<F, D>; N],
     /// u^2, `K + 2 a^2 n_z^2`, and minus the denominator and the derivative of the twist.
-    square: [Pencil<F>; N],
-    force: [Pencil<F>; N],
-    below: [Pencil<F>; N],
-    rate: [Pencil<F>; N],
+    square: [Pencil<F, D>; N],
+    force: [Pencil<F, D>; N],
+    below: [Pencil<F, D>; N],
+    rate: [Pencil<F, D>; N],
 }
 
 /// A sum of products, in parts that do not wait for one another.
 #[derive(Clone, Copy)]
-struct Sum<F> {
+struct Sum<F, const D: usize> {
     v: F,
-    d: [[F; 2]; 2],
+    d: [[F; 2]; D],
 }
 
-impl<F: Real> Sum<F> {
+impl<F: Real, const D: usize> Sum<F, D> {
     #[inline(always)]
-    fn of(a: &Pencil<F>, b: &Pencil<F>) -> Self {
-        Self { v: a.v * b.v, d: [[a.d[0] * b.v, a.v * b.d[0]], [a.d[1] * b.v, a.v * b.d[1]]] }
+    fn nothing() -> Self {
+        let zero = F::splat(0.0);
+        Self { v: zero, d: [[zero; 2]; D] }
     }
 
+    /// Adds the product of two numbers, and the derivatives of that if they are `wanted`.
     #[inline(always)]
-    fn add(&mut self, a: &Pencil<F>, b: &Pencil<F>) {
+    fn add(&mut self, a: &Pencil<F, D>, b: &Pencil<F, D>, wanted: bool) {
         self.v = a.v.fma(b.v, self.v);
-        for i in 0..2 {
-            self.d[i] = [a.d[i].fma(b.v, self.d[i][0]), a.v.fma(b.d[i], self.d[i][1])];
+        if wanted {
+            for i in 0..D {
+                self.d[i] = [a.d[i].fma(b.v, self.d[i][0]), a.v.fma(b.d[i], self.d[i][1])];
+            }
         }
     }
 
     #[inline(always)]
-    fn total(&self) -> Pencil<F> {
-        Pencil { v: self.v, d: self.d.map(|[a, b]| a + b) }
+    fn total(&self) -> Pencil<F, D> {
+        let mut total = Pencil::constant(self.v);
+        for i in 0..D {
+            total.d[i] = self.d[i][0] + self.d[i][1];
+        }
+        total
     }
 }
 
-/// Coefficient number `k` of the square of a series.
+/// Coefficient number `k` of the square of a series, with its derivatives if they are `wanted`.
 #[inline(always)]
-fn square<F: Real>(a: impl Fn(usize) -> Pencil<F>, k: usize) -> Pencil<F> {
+fn square<F: Real, const D: usize>(a: impl Fn(usize) -> Pencil<F, D>, k: usize, wanted: bool) -> Pencil<F, D> {
     let c = F::splat;
     let half = k.div_ceil(2);
-    let mut sum = Sum { v: c(0.0), d: [[c(0.0); 2]; 2] };
+    let mut sum = Sum::nothing();
     for i in 0..half {
-        sum.add(&a(i), &a(k - i));
+        sum.add(&a(i), &a(k - i), wanted);
     }
     let mut all = sum.total() * c(2.0);
     if k.is_multiple_of(2) {
@@ -60,7 +70,8 @@ fn square<F: Real>(a: impl Fn(usize) -> Pencil<F>, k: usize) -> Pencil<F> {
     all
 }
 
-impl<F: Real, const N: usize> Series<F, N> {
+impl<F: Real, const N: usize, const D: usize, const M: usize> Series<F, N, D, M> {
+    #[inline(always)]
     fn nothing() -> Self {
         let zero = Pencil::constant(F::splat(0.0));
         let all = [zero; N];
@@ -69,7 +80,7 @@ impl<F: Real, const N: usize> Series<F, N> {
 
     /// Makes these the series of the rays that are at `at`.
     #[inline(always)]
-    fn make(&mut self, factors: &Factors<F>, at: &Bundle<F>) {
+    fn make(&mut self, factors: &Factors<F, D>, at: &Bundle<F, D>) {
         let c = F::splat;
         [self.u[0], self.u[1]] = at.u;
         [self.n[0], self.n[1]] = at.n;
@@ -78,34 +89,32 @@ impl<F: Real, const N: usize> Series<F, N> {
         let mut over = Pencil::constant(c(0.0));
         for k in 0..N - 2 {
             let inverse = c(1.0 / ((k + 1) * (k + 2)) as f64);
-            self.square[k] = square(|i| self.u[i], k);
-            self.force[k] = square(|i| self.n[i][2], k) * (c(2.0) * factors.a2);
+            let wanted = k + 2 < M;
+            self.square[k] = square(|i| self.u[i], k, wanted);
+            self.force[k] = square(|i| self.n[i][2], k, wanted) * (c(2.0) * factors.a2);
             self.below[k] = (self.u[k] * c(2.0)).plus_scaled(self.square[k], -factors.horizon);
             if k == 0 {
                 self.force[0] = self.force[0] + factors.k;
                 let v = c(1.0) / (c(1.0) - self.below[0].v);
                 over = Pencil { v, d: self.below[0].d.map(|d| d * v * v) };
             }
-            let mut cube = Sum::of(&self.square[0], &self.u[k]);
-            let mut pull = [0, 1, 2].map(|j| Sum::of(&self.force[0], &self.n[k][j]));
-            for i in 1..=k {
-                cube.add(&self.square[i], &self.u[k - i]);
+            let mut cube = Sum::nothing();
+            let mut pull = [Sum::nothing(); 3];
+            for i in 0..=k {
+                cube.add(&self.square[i], &self.u[k - i], wanted);
                 for (j, pull) in pull.iter_mut().enumerate() {
-                    pull.add(&self.force[i], &self.n[k - i][j]);
+                    pull.add(&self.force[i], &self.n[k - i][j], wanted);
                 }
             }
             self.u[k + 2] = (p * self.u[k]).plus(q, self.square[k]).plus(r, cube.total()) * inverse;
             let mut pull = pull.map(|pull| -pull.total());
             pull[2] = pull[2].plus_scaled(self.n[k][2], factors.a2);
             self.n[k + 2] = pull.map(|pull| pull * inverse);
-            let mut rate = (factors.twist[0] * self.u[k]).plus(-factors.twist[1], self.square[k]);
-            if k > 0 {
-                let mut rest = Sum::of(&self.below[1], &self.rate[k - 1]);
-                for i in 2..=k {
-                    rest.add(&self.below[i], &self.rate[k - i]);
-                }
-                rate = rate + rest.total();
+            let mut rest = Sum::nothing();
+            for i in 1..=k {
+                rest.add(&self.below[i], &self.rate[k - i], wanted);
             }
+            let rate = (factors.twist[0] * self.u[k]).plus(-factors.twist[1], self.square[k]) + rest.total();
             self.rate[k] = rate * over;
             self.chi[k + 1] = self.rate[k] * c(1.0 / (k + 1) as f64);
         }
@@ -114,9 +123,10 @@ impl<F: Real, const N: usize> Series<F, N> {
     /// How far the series may be followed: errors over the numbers themselves are about `tolerance`, with `scale` for 1/r.
     #[inline(always)]
     fn length(&self, scale: F, tolerance: f64) -> F {
+        let per_scale = F::splat(1.0) / scale;
         let size = |k: usize| {
             let [x, y, z] = [0, 1, 2].map(|i| self.n[k][i].v.abs());
-            (self.u[k].v.abs() / scale).max(x).max(y.max(z)).max(self.chi[k.min(N - 2)].v.abs())
+            (self.u[k].v.abs() * per_scale).max(x).max(y.max(z)).max(self.chi[k.min(N - 2)].v.abs())
         };
         let (last, before) = (size(N - 1).to_array(), size(N - 2).to_array());
         F::from_fn(|i| root(tolerance / last[i], N as i64 - 1).min(root(tolerance / before[i], N as i64 - 2)))
@@ -137,26 +147,38 @@ impl<F: Real, const N: usize> Series<F, N> {
 
     /// The state after the times `h`.
     #[inline(always)]
-    fn at(&self, h: F, from: &Bundle<F>) -> Bundle<F> {
-        let u = value_and_slope::<F, N>(|k| self.u[k], h);
-        let [x, y, z] = [0, 1, 2].map(|j| value_and_slope::<F, N>(|k| self.n[k][j], h));
-        let mut chi = self.chi[N - 2];
-        for k in (0..N - 2).rev() {
-            chi = self.chi[k].plus_scaled(chi, h);
+    fn at(&self, h: F, from: &Bundle<F, D>) -> Bundle<F, D> {
+        let u = Self::value_and_slope(|k| &self.u[k], h);
+        let [x, y, z] = [0, 1, 2].map(|j| Self::value_and_slope(|k| &self.n[k][j], h));
+        let [turn, _] = horner(|k| self.chi[k].v, N - 1, h);
+        let mut chi = Pencil::constant(turn);
+        for j in 0..D {
+            [chi.d[j], _] = horner(|k| self.chi[k].d[j], M - 1, h);
         }
         Bundle { u, n: [[x[0], y[0], z[0]], [x[1], y[1], z[1]]], chi, ..*from }
     }
+
+    #[inline(always)]
+    fn value_and_slope<'a>(c: impl Fn(usize) -> &'a Pencil<F, D>, h: F) -> [Pencil<F, D>; 2] {
+        let [v, w] = horner(|k| c(k).v, N, h);
+        let (mut value, mut slope) = (Pencil::constant(v), Pencil::constant(w));
+        for j in 0..D {
+            [value.d[j], slope.d[j]] = horner(|k| c(k).d[j], M, h);
+        }
+        [value, slope]
+    }
 }
 
+/// The value of a polynomial of so many terms at `h`, and its slope.
 #[inline(always)]
-fn value_and_slope<F: Real, const N: usize>(c: impl Fn(usize) -> Pencil<F>, h: F) -> [Pencil<F>; 2] {
-    let mut value = c(N - 1);
+fn horner<F: Real>(c: impl Fn(usize) -> F, terms: usize, h: F) -> [F; 2] {
+    let mut value = c(terms - 1);
     let mut slope = value;
-    for k in (1..N - 1).rev() {
-        value = c(k).plus_scaled(value, h);
-        slope = value.plus_scaled(slope, h);
+    for k in (1..terms - 1).rev() {
+        value = value.fma(h, c(k));
+        slope = slope.fma(h, value);
     }
-    [c(0).plus_scaled(value, h), slope]
+    [value.fma(h, c(0)), slope]
 }
 
 /// About the root of the given degree, not too large: a logarithm is the bits of a number, nearly.
@@ -176,9 +198,9 @@ const LOST: f64 = 0.999;
 
 /// Where rays have come.
 #[derive(Clone, Copy, Debug)]
-pub struct Followed<F: Real> {
+pub struct Followed<F: Real, const D: usize> {
     /// With their neighbours.
-    pub end: Bundle<F>,
+    pub end: Bundle<F, D>,
     /// For how long they were followed.
     pub tau: F,
     /// Which of them were given up.
@@ -189,7 +211,14 @@ pub struct Followed<F: Real> {
 const EXIT_STEPS: u32 = 4;
 
 /// Follows the rays `bundle` for the times `tau`, or until their 1/r becomes less than `exit` on the way out, by series of N terms.
-pub fn follow<F: Real, const N: usize>(spin: &Spin<F>, bundle: &Bundle<F>, (tau, exit): (F, F), tolerance: f64) -> Followed<F> {
+///
+/// The series of neighbours have M terms.
+pub fn follow<F: Real, const N: usize, const D: usize, const M: usize>(
+    spin: &Spin<F>,
+    bundle: &Bundle<F, D>,
+    (tau, exit): (F, F),
+    tolerance: f64,
+) -> Followed<F, D> {
     let c = F::splat;
     let mut at = *bundle;
     let factors = Factors::new(spin, &at);
@@ -197,7 +226,7 @@ pub fn follow<F: Real, const N: usize>(spin: &Spin<F>, bundle: &Bundle<F>, (tau,
     let least = at.u[0].v;
     let (mut left, mut gone) = (tau, c(0.0));
     let mut lost = F::Mask::NONE;
-    let mut series = Series::<F, N>::nothing();
+    let mut series = Series::<F, N, D, M>::nothing();
     for _ in 0..MOST_STEPS {
         lost = lost | !at.u[0].v.lt(limit);
         let moving = left.gt(c(0.0)) & !lost;
