@@ -8,7 +8,8 @@
 //!
 //! Shadow rays cost most, and the light that went round the hole is mostly faint, as is much of what later bounces find: where a geodesic
 //! carries less than a share `FAINT` of what all to the same point carry, or of what the path has found already, its shadow ray is traced with
-//! a probability in proportion to what it carries, and counts the more (Russian roulette). That changes no mean.
+//! a probability in proportion to what it carries, and counts the more (Russian roulette). That changes no mean. Where geodesics themselves are
+//! dear, around a hole that spins, they are looked for likewise, by what those around the hole without spin would carry.
 //!
 //! With `guiding`, a render learns where light comes from while it goes on, and matt surfaces choose part of their directions by that
 //! ([`Guide`]): where only light from elsewhere arrives, in shadows and on ceilings, noise falls most. No sample's mean depends on what

@@ -45,7 +45,7 @@ pub fn find_all(
     let mut searches: Vec<Search> = Vec::with_capacity(2 * pairs.len());
     let mut places: Vec<(usize, usize)> = Vec::with_capacity(2 * pairs.len());
     for (k, (x, to)) in pairs.iter().enumerate() {
-        let (both, outlines) = if *to == Target::Point(*x) { ([None; 2], [None; 2]) } else { Search::both(*x, *to) };
+        let (both, outlines) = if *to == Target::Point(*x) { ([None; 2], [None; 2]) } else { Search::both(spin.a, *x, *to) };
         let chosen = choose(k, &outlines);
         for (image, search) in both.into_iter().enumerate().filter(|(image, _)| chosen[*image]) {
             searches.extend(search);
@@ -89,7 +89,7 @@ pub fn image_of(spin: Spin<f64>, x: DVec3, target: Target, traced: Guess) -> Opt
     // Neighbours say which of the two it can be.
     let image =
         if follow_all(spin.charge_squared, &[trial], false)[0]?.determinant() > 0.0 { Image::Direct } else { Image::Round };
-    let search = Search::both(x, target).0.into_iter().flatten().find(|search| search.image == image)?;
+    let search = Search::both(spin.a, x, target).0.into_iter().flatten().find(|search| search.image == image)?;
     let found = search_all(spin, &[search])[0]?;
     let is_it = found.is_same(traced, SURELY)
         || (found.is_same(traced, MAYBE)

@@ -30,6 +30,9 @@ const MOST_PLAIN: [u32; 2] = [4, 8];
 /// Fine rays of one search.
 const MOST_FINE: u32 = 3;
 
+/// Share of the angle beyond the edge of capture that a launch keeps where that edge is farther out.
+const LEAST_BEYOND: f64 = 0.2;
+
 /// What a step leaves of an error at the least, as far as is counted on.
 const LEAST_RATE: f64 = 5e-3;
 const FIRST_RATE: f64 = 0.02;
@@ -37,23 +40,32 @@ const FIRST_RATE: f64 = 0.02;
 impl Packet<'_> {
     /// How they begin; and which of them can.
     fn begin(&self) -> (Start, Numbers) {
-        let start = self.guesses(|i| self.search(i).guess);
+        let guess = |i: usize| self.search(i).displaced.unwrap_or(self.search(i).guess);
+        let start = self.guesses(guess);
         if !self.is_round {
             return (start, Numbers::ALL);
         }
+        let displaced = (0..LANES).filter(|i| self.search(*i).displaced.is_some()).fold(0, |bits, i| bits | 1 << i);
+        let displaced = <Numbers as Mask>::of_bits(displaced);
         let plain_edge = <Lanes as Real>::from_fn(|i| self.search(i).edge);
         let angle = self.angle(&start);
         let (start, u, is_one) = self.seen_from_edge(start, (plain_edge, number(1.0 / 3.0)), |_| angle - plain_edge);
+        // How far space drags a ray along is known after one; where the hole only seems to be displaced, that says as much.
         let (first, _) = self.follow::<{ ROUGH.1 }, 0, 0>(&start, (start.tau * self.longer, self.exit), ROUGH.0);
         let twist = first.twist.to_array();
-        let twisted: [Option<Guess>; LANES] =
-            std::array::from_fn(|i| if i < self.searches.len() { self.search(i).twisted(twist[i]) } else { None });
-        let again = self.guesses(|i| twisted[i].unwrap_or(self.search(i).guess));
+        let twisted = |i: usize| match self.search(i).displaced {
+            Some(displaced) => displaced,
+            None => self.search(i).twisted(twist[i]).unwrap_or(self.search(i).guess),
+        };
+        let again = self.guesses(twisted);
         let angle = self.angle(&again);
         let pi = number(PI);
-        let (again, _, is_one_again) =
-            self.seen_from_edge(again, (start.edge, u), |edge| (angle - plain_edge) * (pi - edge) / (pi - plain_edge));
-        (again, is_one & is_one_again & !first.lost)
+        let (again, _, is_one_again) = self.seen_from_edge(again, (start.edge, u), |edge| {
+            let beyond = angle - plain_edge;
+            let as_seen = (angle - edge).max(number(LEAST_BEYOND) * beyond);
+            <Lanes as Real>::select(displaced, as_seen, beyond * (pi - edge) / (pi - plain_edge))
+        });
+        (again, is_one & is_one_again & (displaced | !first.lost))
     }
 
     fn run(&self) -> [Option<Found>; LANES] {
