@@ -59,8 +59,41 @@ pub fn find_all(
     found
 }
 
+/// Angles (rad) by which launches are turned aside to begin with where a search had no success.
+const ASIDE: [f64; 4] = [0.5, -0.5, 1.0, -1.0];
+
 /// What is found of `searches`.
 fn search_all(spin: Spin<f64>, searches: &[Search]) -> Vec<Option<Found>> {
+    let mut found = vec![None; searches.len()];
+    complete(&mut found, searches, |search| Some(*search), |searches| side_by_side(spin, searches));
+    complete(&mut found, searches, Search::other_way, |searches| side_by_side(spin, searches));
+    complete(&mut found, searches, |search| Some(*search), |searches| run_all(spin, searches));
+    for by in ASIDE {
+        complete(&mut found, searches, |search| search.from_aside(by), |searches| side_by_side(spin, searches));
+    }
+    complete(&mut found, searches, Search::other_way, |searches| run_all(spin, searches));
+    found
+}
+
+/// Looks for those of `searches` that are not `found` yet, as `other` would have them begin.
+fn complete(
+    found: &mut [Option<Found>],
+    searches: &[Search],
+    other: impl Fn(&Search) -> Option<Search>,
+    run: impl FnOnce(&[Search]) -> Vec<Option<Found>>,
+) {
+    let left = searches.iter().enumerate().filter(|(i, _)| found[*i].is_none());
+    let (places, again): (Vec<usize>, Vec<Search>) = left.filter_map(|(i, search)| Some((i, other(search)?))).unzip();
+    if again.is_empty() {
+        return;
+    }
+    for (i, ray) in places.into_iter().zip(run(&again)) {
+        found[i] = ray;
+    }
+}
+
+/// What is found of `searches`, those for the same image side by side.
+fn side_by_side(spin: Spin<f64>, searches: &[Search]) -> Vec<Option<Found>> {
     let mut found = vec![None; searches.len()];
     for image in [Image::Direct, Image::Round] {
         let of_image: Vec<usize> = (0..searches.len()).filter(|i| searches[*i].image == image).collect();
@@ -70,11 +103,6 @@ fn search_all(spin: Spin<f64>, searches: &[Search]) -> Vec<Option<Found>> {
                 found[*i] = ray;
             }
         }
-    }
-    let left: Vec<usize> = (0..searches.len()).filter(|i| found[*i].is_none()).collect();
-    let again: Vec<Search> = left.iter().map(|i| searches[*i]).collect();
-    for (i, ray) in left.iter().zip(run_all(spin, &again)) {
-        found[*i] = ray;
     }
     found
 }

@@ -4,7 +4,7 @@ use crate::spherical::connect::connect_pair;
 use crate::spherical::connect::sky::connect_sky;
 use bhs_core::spacetime::Spherical;
 use bhs_engine::connections::{Connection, ConnectionPair};
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 /// Where a ray is to end, from the centre, in coordinates whose z is the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,6 +162,26 @@ impl Search {
             Some(Self { x, target, image, guess, displaced, inward, edge, turns })
         });
         (searches, displaced.map_or(pair, |(pair, _)| pair))
+    }
+
+    /// The search for the longer way round that begins on the other side, a turn later: for targets on the near side of the hole. Where neighbours meet
+    /// for the second time is dragged along too, and what is on the one side of the line through the hole may be beyond that.
+    pub fn other_way(&self) -> Option<Self> {
+        if self.image == Image::Direct || self.x.dot(self.target.vector()) <= 0.0 {
+            return None;
+        }
+        let (rs, pair) = without_spin(self.x, self.target, 1);
+        let c = pair[0]?;
+        let guess = Guess { launch: c.launch, tau: duration(self.x, self.target, rs, &c) };
+        let turns = c.launch.dot(self.inward) > 0.0 && c.arrival.dot(self.target.vector()) > 0.0;
+        Some(Self { guess, turns, displaced: None, ..*self })
+    }
+
+    /// The same search for the longer way round that begins with the launch turned about the inward direction by the angle `by` (rad).
+    pub fn from_aside(&self, by: f64) -> Option<Self> {
+        let Guess { launch, tau } = self.guess;
+        let launch = DQuat::from_axis_angle(self.inward, by) * launch;
+        (self.image == Image::Round).then_some(Self { displaced: Some(Guess { launch, tau }), ..*self })
     }
 
     /// The ray around the hole without spin that leads to where a twist of so much (rad) would bring it to the target: the longer way round.
