@@ -1,10 +1,12 @@
 //! The command line: what can be typed.
 
+mod develop;
 mod merge;
 mod show;
 mod values;
 mod watch;
 
+pub use develop::{DevelopArgs, LookArgs};
 pub use merge::MergeArgs;
 pub use show::ShowArgs;
 pub use watch::WatchArgs;
@@ -116,12 +118,17 @@ pub enum Command {
     Bench(BenchArgs),
     /// Take the noise out of an EXR picture that has the layers `albedo` and `normal`
     Denoise(DenoiseArgs),
+    /// Make a PNG of an EXR picture, without rendering it again
+    Develop(DevelopArgs),
     /// Compare two EXR pictures
     Compare {
         /// The picture
         a: PathBuf,
         /// The reference
         b: PathBuf,
+        /// Also write pictures of the differences: FLIP, what the eye notices, as OUT.png, the relative error as OUT.relative.png
+        #[arg(long, value_name = "OUT.png")]
+        diff: Option<PathBuf>,
         /// Print JSON
         #[arg(long)]
         json: bool,
@@ -223,9 +230,9 @@ pub struct RenderArgs {
     /// Record a layer besides the colour, such as `sweptangle` or `normal`; can be repeated
     #[arg(long, value_name = "NAME", value_parser = layer_name)]
     pub aov: Vec<String>,
-    /// Write every layer as FILE.NAME.png too, for people to look at
-    #[arg(long)]
-    pub false_color: bool,
+    /// How the picture is shown
+    #[command(flatten)]
+    pub look: LookArgs,
     /// A preview: small and with few samples, as NAME.quick.exr unless -o names it
     #[arg(long)]
     pub quick: bool,

@@ -2,7 +2,6 @@
 
 use crate::cli::{Cli, Definitions, SceneArgs};
 use crate::files::{self, Root};
-use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Labels, Overrides, SourceMap, Variables};
 use crate::memory::picture::TooLarge;
 use crate::output::{OutputFile, Plan};
@@ -17,8 +16,11 @@ use std::process::ExitCode;
 
 mod about;
 mod bench;
+mod compare;
 mod denoise;
+mod develop;
 mod frames;
+mod made;
 mod merge;
 mod outputs;
 mod part;
@@ -31,7 +33,9 @@ mod watch;
 
 pub use about::{completions, man, verbose_version};
 pub use bench::bench;
+pub use compare::compare;
 pub use denoise::denoise;
+pub use develop::develop;
 pub use merge::merge;
 use outputs::{Naming, Outputs};
 pub use render::{render, start};
@@ -288,18 +292,4 @@ pub fn plugins(kind: Option<&str>, name: Option<&str>, as_json: bool) -> Result<
             Ok(ExitStatus::CommandLine)
         }
     }
-}
-
-/// `bhs compare`
-///
-/// # Errors
-/// If a file cannot be read, or the pictures cannot be compared.
-pub fn compare(a: &Path, b: &Path, as_json: bool, common: &Common) -> Result<ExitStatus> {
-    for path in [a, b] {
-        common.open(path)?;
-    }
-    let comparison = crate::compare::compare(&Picture::read_exr(a)?, &Picture::read_exr(b)?)?;
-    let text = if as_json { serde_json::to_string_pretty(&comparison.to_json())? + "\n" } else { comparison.to_string() };
-    print(&text)?;
-    Ok(ExitStatus::Done)
 }

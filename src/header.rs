@@ -5,6 +5,7 @@
 
 use crate::image::Attribute;
 use crate::lang::BuiltScene;
+use crate::look::Look;
 use crate::render::Rendered;
 use bhs_core::camera::CameraMatrices;
 use exr::meta::attribute::{Chromaticities, Matrix4x4};
@@ -35,6 +36,8 @@ pub struct Facts {
     pub variables: String,
     /// The seed.
     pub seed: u64,
+    /// How it is shown.
+    pub look: Look,
     world_to_camera: Option<Matrix4x4>,
     world_to_ndc: Option<Matrix4x4>,
 }
@@ -56,6 +59,7 @@ impl Facts {
             camera: built.camera_name.clone(),
             variables: variables.join(" "),
             seed: built.seed,
+            look: built.look,
             world_to_camera: matrices.map(|m| m.0),
             world_to_ndc: matrices.and_then(|m| m.1),
         }
@@ -70,6 +74,7 @@ impl Facts {
             "camera": self.camera,
             "variables": self.variables,
             "seed": self.seed,
+            "look": self.look.words(),
             "world_to_camera": self.world_to_camera.map(|m| m.map(f64::from)),
             "world_to_ndc": self.world_to_ndc.map(|m| m.map(f64::from)),
         })
@@ -92,6 +97,7 @@ impl Facts {
             camera: text("camera"),
             variables: text("variables")?,
             seed: value["seed"].as_u64()?,
+            look: Look::of_words(|name| value["look"][name].as_str().map(str::to_owned)),
             world_to_camera: matrix("world_to_camera")?,
             world_to_ndc: matrix("world_to_ndc")?,
         })
@@ -118,6 +124,9 @@ pub fn attributes(facts: &Facts, rendered: &Rendered) -> Vec<(String, Attribute)
         // Double precision, the widest number that OpenEXR has, holds all whole numbers up to 2^53.
         all.text("bhs:seedDigits", &facts.seed.to_string());
     }
+    // As it was asked for: who develops the file has the picture from which `auto` follows.
+    let look = &facts.look;
+    look.words().iter().for_each(|(name, word)| all.text(&format!("bhs:{name}"), word));
     all.number("bhs:spp", f64::from(rendered.samples));
     all.number("bhs:firstSample", 0.0);
     all.number("bhs:lastSample", f64::from(rendered.most_samples.saturating_sub(1)));

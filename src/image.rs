@@ -51,12 +51,12 @@ impl Attribute {
             ("chromaticities", Self::Chromaticities(c)) => image.attributes.chromaticities = Some(*c),
             ("worldToCamera", Self::Matrix(m)) => layer.world_to_camera = Some(*m),
             ("worldToNDC", Self::Matrix(m)) => layer.world_to_normalized_device = Some(*m),
-            ("capDate", Self::Text(t)) => layer.capture_date = Some(t.as_str().into()),
+            ("capDate", Self::Text(t)) => layer.capture_date = Some(text(t)),
             ("utcOffset", Self::Single(x)) => layer.utc_offset = Some(*x),
-            ("comments", Self::Text(t)) => layer.comments = Some(t.as_str().into()),
+            ("comments", Self::Text(t)) => layer.comments = Some(text(t)),
             (name, other) => {
                 let value = match other {
-                    Self::Text(t) => AttributeValue::Text(t.as_str().into()),
+                    Self::Text(t) => AttributeValue::Text(text(t)),
                     Self::Number(x) => AttributeValue::F64(*x),
                     Self::Single(x) => AttributeValue::F32(*x),
                     Self::Matrix(m) => AttributeValue::Matrix4x4(*m),
@@ -66,6 +66,15 @@ impl Attribute {
             }
         }
     }
+}
+
+/// Words as OpenEXR keeps them, which has one byte a character: others are written as `\u{...}`.
+fn text(words: &str) -> exr::meta::attribute::Text {
+    use exr::meta::attribute::Text;
+    let escaped = |c: char| if (c as u32) < 256 { c.to_string() } else { c.escape_unicode().to_string() };
+    Text::new_or_none(words)
+        .or_else(|| Text::new_or_none(words.chars().map(escaped).collect::<String>()))
+        .unwrap_or_else(|| "".into())
 }
 
 /// A value as files keep it: the largest number of its sign in place of what is larger, and 0 for what is no number. Where that happens,
@@ -232,12 +241,11 @@ impl Picture {
     /// # Errors
     /// If the file cannot be written.
     pub fn write_png(&self, to: impl Write, display: impl Fn(&[f32]) -> [f32; 3]) -> Result<()> {
-        let bytes: Vec<u8> = self
-            .data
-            .chunks_exact(self.channels.len())
-            .flat_map(|pixel| display(pixel).map(|v| (v * 255.0 + 0.5) as u8))
-            .collect();
-        write_png(to, self.size, &bytes)
+        let (n, width) = (self.channels.len(), self.size[0]);
+        write_rows(to, self.size, false, &[], |y, row| {
+            let pixels = self.data[y * width * n..][..width * n].chunks_exact(n);
+            row.extend(pixels.flat_map(|pixel| display(pixel).map(|v| (v * 255.0 + 0.5) as u8)));
+        })
     }
 }
 
@@ -256,9 +264,41 @@ fn write_image(
 /// # Errors
 /// If the file cannot be written.
 pub fn write_png(to: impl Write, size: [usize; 2], bytes: &[u8]) -> Result<()> {
-    use image::ImageEncoder;
-    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-    let encoder = PngEncoder::new_with_quality(to, CompressionType::Default, FilterType::Adaptive);
-    encoder.write_image(bytes, size[0] as u32, size[1] as u32, image::ExtendedColorType::Rgb8)?;
-    Ok(())
+    write_rows(to, size, false, &[], |y, row| row.extend_from_slice(&bytes[3 * y * size[0]..][..3 * size[0]]))
+}
+
+/// Writes an sRGB picture of 8 or 16 bits (big-endian) as PNG, row by row: `row` appends the bytes of row `y`, red, green and blue. `texts` are keywords and
+/// what they say.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_rows(
+    to: impl Write,
+    size: [usize; 2],
+    sixteen_bits: bool,
+    texts: &[(&'static str, String)],
+    mut row: impl FnMut(usize, &mut Vec<u8>),
+) -> Result<()> {
+    let mut encoder = png::Encoder::new(to, size[0] as u32, size[1] as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(if sixteen_bits { png::BitDepth::Sixteen } else { png::BitDepth::Eight });
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.set_compression(png::Compression::Balanced);
+    encoder.set_filter(png::Filter::Adaptive);
+    for (keyword, text) in texts {
+        match text.is_ascii() {
+            true => encoder.add_text_chunk((*keyword).to_owned(), text.clone())?,
+            false => encoder.add_itxt_chunk((*keyword).to_owned(), text.clone())?,
+        }
+    }
+    let mut writer = encoder.write_header()?;
+    let mut stream = writer.stream_writer()?;
+    let mut bytes = Vec::new();
+    for y in 0..size[1] {
+        bytes.clear();
+        row(y, &mut bytes);
+        stream.write_all(&bytes)?;
+    }
+    stream.finish()?;
+    Ok(writer.finish()?)
 }

@@ -63,7 +63,8 @@ fn run(cli: &Cli) -> Result<ExitStatus> {
         Command::Trace(args) => commands::trace(args, common),
         Command::Bench(args) => commands::bench(args, common),
         Command::Denoise(args) => commands::denoise(args, common),
-        Command::Compare { a, b, json } => commands::compare(a, b, *json, common),
+        Command::Develop(args) => commands::develop(args, common),
+        Command::Compare { a, b, diff, json } => commands::compare(a, b, diff.as_deref(), *json, common),
     }
 }
 

@@ -32,7 +32,7 @@ impl CameraSample {
         let (offset, weight) = job.filter.sample(stream.next_2d());
         let raster = DVec2::new(f64::from(id.pixel[0]) + 0.5, f64::from(id.pixel[1]) + 0.5) + offset.as_dvec2();
         let (ray, ratio) = job.camera_ray(raster, stream.next_2d());
-        let lambda = wavelengths.sample(stream.next_1d());
+        let lambda = wavelengths.sample(stream.wavelengths());
         let seen = Self { id, weight, lambda, ratio };
         let along = match seen.ratio {
             Some(ratio) if ratio != 1.0 => SampledWavelengths { lambda_nm: lambda.at(ratio.recip() as f32), ..lambda },

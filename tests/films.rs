@@ -9,7 +9,7 @@ fn equal_energy_has_unit_luminance() {
         Film "rgb" "integer xresolution" 1 "integer yresolution" 1
         Sampler "sobol" "integer pixelsamples" 4096
         WorldBegin
-        LightSource "infinite"
+        LightSource "infinite" "spectrum L" 1
     "#;
     let picture = common::render(&common::build(text)).frame.picture();
     let p = picture.pixel(0, 0);

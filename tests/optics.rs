@@ -146,7 +146,7 @@ fn near_a_hole_every_ray_of_an_orthographic_picture_has_an_observer_of_its_own()
         Sampler "sobol" "integer pixelsamples" 64
         WorldBegin
         BlackHole "schwarzschild" "float rs" 0.5
-        LightSource "infinite"
+        LightSource "infinite" "spectrum L" 1
     "#;
     let built = common::build(text);
     let rendered = common::render(&built);

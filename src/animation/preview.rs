@@ -75,6 +75,7 @@ fn write_apng(to: &mut Writer, frames: &[PathBuf], seconds: f64) -> Result<()> {
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.add_text_chunk("Software".to_owned(), concat!("bhs ", env!("CARGO_PKG_VERSION")).to_owned())?;
     encoder.set_animated(frames.len() as u32, 0)?;
     // In ten thousandths of a second, or coarser for slow films.
     let per_second = (65_535.0 / seconds).clamp(1.0, 10_000.0).floor();

@@ -3,12 +3,12 @@
 use super::{Common, ExitStatus, show};
 use crate::cli::DenoiseArgs;
 use crate::denoise::{self, Denoiser};
+use crate::develop::{self, input::Input};
 use crate::image::ExrFile;
 use crate::memory;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
 use crate::say;
 use anyhow::{Context, Result};
-use bhs_colour::srgb_encode;
 use bhs_core::diagnostics::Diagnostic;
 use std::path::Path;
 use std::time::Instant;
@@ -44,9 +44,11 @@ pub fn denoise(args: &DenoiseArgs, common: &Common) -> Result<ExitStatus> {
     let picture = denoiser.denoise(&picture).with_context(shown)?;
     let header = header.with_text("bhs:denoised", &denoiser.name());
 
-    let colors = picture.find(denoise::COLORS).unwrap_or_default();
+    let colors = picture.shown(&picture.find(denoise::COLORS).unwrap_or_default());
+    let input = Input::read(&args.picture, common.open(&args.picture)?)?;
+    let (look, texts) = (input.look(), input.texts());
     let mut set = OutputSet::new();
-    set.add(png, |to| picture.write_png(to, |pixel| colors.map(|c| srgb_encode(pixel[c].clamp(0.0, 1.0)))));
+    set.add(png, |to| develop::write_png(to, &colors, &look, &texts));
     set.add(exr, |to| picture.write_exr_like(to, &header));
     let kept = set.write(&Rescue::beside(&args.picture, common.root.as_ref()));
     if kept != Kept::InPlace {

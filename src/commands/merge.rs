@@ -1,11 +1,13 @@
 //! `bhs merge`: pictures of parts.
 
-use super::outputs::{with_infix, write_exr, write_png};
+use super::made::write_exr;
+use super::outputs::with_infix;
 use super::{Common, ExitStatus, show};
 use crate::animation::digits;
 use crate::cli::MergeArgs;
+use crate::develop::{self, Texts};
 use crate::false_color::{self, FalseColor};
-use crate::image;
+use crate::layers::LayerPicture;
 use crate::output::{NamedBy, OutputFile, OutputSet, Plan};
 use crate::parts::file::film_of;
 use crate::parts::join::{self, PictureParts, Sorted};
@@ -154,18 +156,20 @@ fn write(
     open: &impl Fn(&Path) -> Result<std::fs::File, String>,
 ) -> Result<()> {
     let Some(first) = picture.parts.first() else { return Ok(()) };
-    let (rendered, film) = joined::join(picture, open)?;
-    let (colors, layers) = (rendered.frame.picture(), rendered.frame.layers());
+    let (rendered, _) = joined::join(picture, open)?;
+    let colors = rendered.frame.picture();
+    let layers: Vec<LayerPicture> = rendered.frame.layers().into_iter().map(LayerPicture::as_in_files).collect();
     let attributes = header::attributes(&first.head.facts, &rendered);
+    let texts = &Texts::of_attributes(&attributes);
     let mut set = OutputSet::new();
-    set.add(files.png.clone(), |to| write_png(to, &colors, &*film));
+    set.add(files.png.clone(), |to| develop::write_png(to, &colors, &first.head.facts.look, texts));
     for (file, layer) in files.shown.iter().zip(&layers) {
         let shown = FalseColor::new(layer);
         if !args.quiet {
             say!("{} shows {shown}", file.path().display());
         }
         let size = colors.size;
-        set.add(file.clone(), move |to| image::write_png(to, size, shown.pixels().as_flattened()));
+        set.add(file.clone(), move |to| develop::write_false_color(to, size, &shown, texts));
     }
     set.add(files.exr.clone(), |to| write_exr(to, &colors, &layers, &attributes));
     set.write_in_place()?;

@@ -1,24 +1,23 @@
 //! The files of a picture: their names, and how they are written.
 
+use super::made::{Made, write_exr};
 use super::part;
 use super::render::{closing_words, stats_json};
 use crate::animation::digits;
-use crate::bloom;
 use crate::checkpoint::previous;
 use crate::cli::RenderArgs;
+use crate::develop::{self, Content, Texts};
 use crate::false_color::{self, FalseColor};
 use crate::files::FileId;
-use crate::header::{self, Facts};
-use crate::image::{self, Attribute, Picture};
+use crate::image::Picture;
 use crate::lang::BuiltScene;
 use crate::layers::LayerPicture;
-use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue, Writer};
+use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
 use crate::parts::PartArgs;
 use crate::render::Rendered;
 use crate::say;
 use crate::stats::Phases;
 use anyhow::Result;
-use bhs_core::camera::Film;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_engine::layer::NamedLayer;
 use std::ffi::OsString;
@@ -35,6 +34,8 @@ pub(super) struct Naming<'a> {
     stats: Option<&'a Path>,
     quick: bool,
     false_color: bool,
+    /// The layer that the PNG shows in place of the picture.
+    layer: Option<&'a str>,
     no_overwrite: bool,
     /// The number of the frame, if it is one of several.
     frame: Option<u32>,
@@ -49,7 +50,8 @@ impl<'a> Naming<'a> {
             output: args.output.as_deref(),
             stats: args.stats.as_deref().filter(|_| !args.prints_stats()),
             quick: args.quick,
-            false_color: args.false_color,
+            false_color: args.look.false_color,
+            layer: args.look.layer.as_deref(),
             no_overwrite: args.no_overwrite,
             args: Some(args),
             ..Self::without_flags(&args.scene)
@@ -58,7 +60,17 @@ impl<'a> Naming<'a> {
 
     /// As the scene says.
     pub fn without_flags(scene: &'a Path) -> Self {
-        Self { scene, output: None, stats: None, quick: false, false_color: false, no_overwrite: false, frame: None, args: None }
+        Self {
+            scene,
+            output: None,
+            stats: None,
+            quick: false,
+            false_color: false,
+            layer: None,
+            no_overwrite: false,
+            frame: None,
+            args: None,
+        }
     }
 
     /// The same of one of several frames.
@@ -139,6 +151,9 @@ pub(super) struct Outputs {
     png: Option<OutputFile>,
     /// The number of the frame, if it is one of several.
     pub frame: Option<u32>,
+    /// The layer that the PNG shows, and whether in false colours.
+    layer: Option<String>,
+    false_color: bool,
     /// A false-colour picture for each layer, if they are asked for.
     shown: Vec<OutputFile>,
     stats: Option<OutputFile>,
@@ -207,7 +222,18 @@ impl Outputs {
         let shown = shown.into_iter().collect::<Option<_>>()?;
         let (png, stats, checkpoint) = (none_or(png)?, none_or(stats)?, none_or(checkpoint)?);
         let exr = if naming.no_overwrite { exr.never_replacing() } else { exr };
-        Some(Self { exr, png, frame: naming.frame, shown, stats, checkpoint, is_written: AtomicBool::new(false) })
+        let (layer, false_color) = (naming.layer.map(str::to_owned), naming.false_color);
+        Some(Self {
+            exr,
+            png,
+            frame: naming.frame,
+            layer,
+            false_color,
+            shown,
+            stats,
+            checkpoint,
+            is_written: AtomicBool::new(false),
+        })
     }
 
     /// Makes sure that all of them can be written.
@@ -241,16 +267,18 @@ impl Outputs {
 
     /// Whether the pictures that stand there are these.
     pub fn hold(&self, built: &BuiltScene, rendered: &Rendered) -> bool {
-        let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
+        let Made { picture, layers, attributes } = Made::of(built, rendered);
+        let texts = Texts::of_attributes(&attributes);
         let is = |path: &Path, write: &dyn Fn(&mut Vec<u8>) -> Result<()>| {
             let mut bytes = Vec::new();
             write(&mut bytes).is_ok() && std::fs::read(path).is_ok_and(|there| there == bytes)
         };
         let shown = self.shown.iter().zip(&layers).all(|(file, layer)| {
             let colors = FalseColor::new(layer);
-            is(file.path(), &|to| image::write_png(to, picture.size, colors.pixels().as_flattened()))
+            is(file.path(), &|to| develop::write_false_color(to, picture.size, &colors, &texts))
         });
-        let png = || self.png.as_ref().is_none_or(|png| is(png.path(), &|to| write_png(to, &picture, &*built.film)));
+        let content = |to: &mut Vec<u8>| self.content(&picture, &layers)?.write(to, &built.look, &texts);
+        let png = || self.png.as_ref().is_none_or(|png| is(png.path(), &content));
         let stats = || self.stats.as_ref().is_none_or(|file| file.path().exists());
         shown && png() && stats() && {
             let picture = picture.with_layers(&layers);
@@ -258,16 +286,21 @@ impl Outputs {
         }
     }
 
+    /// What the PNG shows.
+    fn content<'p>(&self, picture: &'p Picture, layers: &[LayerPicture]) -> Result<Content<'p>> {
+        Content::of(picture, layers, self.layer.as_deref(), self.false_color).map_err(anyhow::Error::msg)
+    }
+
     /// Writes the picture as it is now, while it goes on; its files can be written again.
     ///
     /// # Errors
     /// If they cannot be written.
     pub fn write_partial(&self, built: &BuiltScene, rendered: &Rendered) -> Result<()> {
-        let picture = rendered.frame.picture();
-        let (layers, attributes) = (rendered.frame.layers(), header::attributes(&Facts::of(built), rendered));
+        let Made { picture, layers, attributes } = Made::of(built, rendered);
+        let (content, texts) = (self.content(&picture, &layers)?, Texts::of_attributes(&attributes));
         let mut set = OutputSet::new();
         if let Some(png) = &self.png {
-            set.add(self.as_far_as_mine(png), |to| write_png(to, &picture, &*built.film));
+            set.add(self.as_far_as_mine(png), |to| content.write(to, &built.look, &texts));
         }
         set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
         set.write_in_place()?;
@@ -283,19 +316,18 @@ impl Outputs {
     /// Writes all of them, together; elsewhere if they cannot be written to their places.
     pub fn write(&self, built: &BuiltScene, rendered: &Rendered, phases: &mut Phases, quiet: bool, rescue: &Rescue) -> Kept {
         let exr_path = self.exr.path().to_owned();
-        let (picture, layers) = (rendered.frame.picture(), rendered.frame.layers());
-        let attributes = header::attributes(&Facts::of(built), rendered);
-        let size = picture.size;
+        let Made { picture, layers, attributes } = Made::of(built, rendered);
+        let (size, texts) = (picture.size, &Texts::of_attributes(&attributes));
         let mut set = OutputSet::new();
         if let Some(png) = &self.png {
-            set.add(self.as_far_as_mine(png), |to| write_png(to, &picture, &*built.film));
+            set.add(self.as_far_as_mine(png), |to| self.content(&picture, &layers)?.write(to, &built.look, texts));
         }
         for (file, layer) in self.shown.iter().zip(&layers) {
             let colors = FalseColor::new(layer);
             if !quiet {
                 say!("{} shows {colors}", file.path().display());
             }
-            set.add(file.clone(), move |to| image::write_png(to, size, colors.pixels().as_flattened()));
+            set.add(file.clone(), move |to| develop::write_false_color(to, size, &colors, texts));
         }
         set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
         if let Some(stats) = &self.stats {
@@ -342,22 +374,4 @@ fn claim_checkpoint(plan: &mut Plan, path: &Path, by: NamedBy) -> Option<OutputF
 /// A claim that may not have been made: `None` if it was refused.
 fn none_or<T>(claimed: Option<Option<T>>) -> Option<Option<T>> {
     claimed.map_or(Some(None), |claimed| claimed.map(Some))
-}
-
-/// Writes the colours as they are displayed.
-pub(super) fn write_png(to: impl Write, picture: &Picture, film: &dyn Film) -> Result<()> {
-    bloom::with_glare(picture, film.bloom()).write_png(to, |pixel| film.display(pixel))
-}
-
-/// Writes colours and layers as EXR.
-pub(super) fn write_exr(
-    to: &mut Writer,
-    picture: &Picture,
-    layers: &[LayerPicture],
-    attributes: &[(String, Attribute)],
-) -> Result<()> {
-    match layers.is_empty() {
-        true => picture.write_exr(to, attributes),
-        false => picture.clone().with_layers(layers).write_exr(to, attributes),
-    }
 }

@@ -42,7 +42,12 @@ pub(super) fn unfit(args: &RenderArgs) -> Option<String> {
         ("--time", args.time.is_some(), "gives pixels as many samples as there is time for, and does not split into parts"),
         ("--min-spp", args.min_spp.is_some(), "belongs to --time, which does not split into parts"),
         ("--write-partial", args.write_partial, "writes pictures, and a part is none; --checkpoint keeps what there is of it"),
-        ("--false-color", args.false_color, "writes pictures, and a part is none; `bhs merge --false-color` does"),
+        (
+            "--layer",
+            args.look.layer.is_some(),
+            "is for pictures, and a part is none; `bhs develop` shows layers of the merged one",
+        ),
+        ("--false-color", args.look.false_color, "writes pictures, and a part is none; `bhs merge --false-color` does"),
         ("--preview", args.frames.preview.is_some(), "shows pictures, and a part is none"),
         ("--pixel", args.pixel.is_some(), "replays a sample, whatever the part"),
     ];

@@ -6,6 +6,7 @@ use super::part;
 use super::picture::{Session, samples};
 use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show, start_threads};
 use crate::cli::RenderArgs;
+use crate::develop;
 use crate::diagnosis::BlackFrames;
 use crate::display::Display;
 use crate::lang::{BuiltScene, Overrides, SourceMap};
@@ -57,7 +58,8 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
         resolution: args.resolution,
         // That of a part is a window of the picture, which stays whole.
         crop: args.crop.filter(|_| !args.parts.is_given()),
-        layers: args.aov.clone(),
+        layers: layers(args),
+        look: args.look.changes(),
         quick: args.quick,
         ..overrides(&args.scene_args)
     };
@@ -140,15 +142,27 @@ pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap,
     let windowed = part.map(|cover| Windowed::new(&*built.film, cover.window));
     let film: &dyn camera::Film = windowed.as_ref().map_or(&*built.film, |windowed| windowed);
     // Meshes and skies have their memory now.
-    if let Some(found) = memory::picture::check(film, &built.layers) {
+    if let Some(found) = memory::picture::check_shown(film, &built.layers, built.look.bloom) {
         show(&[found], sources, common.color);
         return Some(ExitStatus::Fault);
     }
-    if args.false_color && built.layers.is_empty() {
+    if args.look.false_color && built.layers.is_empty() {
         say!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
         return Some(ExitStatus::CommandLine);
     }
+    if let Some(name) = &args.look.layer
+        && let Err(why) = develop::channels::find_in(&built.film.channels(), &built.layers, name)
+    {
+        say!("error: --layer: {why}");
+        return Some(ExitStatus::CommandLine);
+    }
     None
+}
+
+/// The layers that are asked for, and the one that is shown.
+fn layers(args: &RenderArgs) -> Vec<String> {
+    let shown = args.look.layer.iter().filter(|name| bhs_engine::layer::find(name, bhs_layers::ALL).is_ok());
+    args.aov.iter().chain(shown).cloned().collect()
 }
 
 pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {

@@ -3,6 +3,7 @@
 use super::Explanation;
 use crate::film::Framebuffer;
 use crate::lang::BuiltScene;
+use crate::look::Exposure;
 
 /// Bins of a stop's fourth, from this many stops below 1 on.
 const LEAST: f64 = -80.0;
@@ -72,7 +73,8 @@ impl Brightness {
         if self.lit == 0 {
             return None;
         }
-        let exposure = built.exposure();
+        // What is found for the picture itself is right.
+        let Exposure::Stops(exposure) = built.look.exposure else { return None };
         let middle = self.sum / self.lit as f64;
         let right = KEY.log2() - middle;
         let off = exposure - right;

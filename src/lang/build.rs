@@ -15,6 +15,7 @@ use crate::lang::pictured::Pictured;
 use crate::lang::source::SourceMap;
 use crate::lang::spacetime::build_spacetime;
 use crate::lang::statements::{CameraStatement, Statements};
+use crate::look::Look;
 use crate::memory::picture::{self, TooLarge};
 use crate::registry::{Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
@@ -74,6 +75,8 @@ pub struct BuiltScene {
     pub film_directive: String,
     /// The variables that the scene reads and that come from outside, with their numbers.
     pub variables: Vec<(String, f64)>,
+    /// How its picture is shown, as the film says; the command line may change it.
+    pub look: Look,
     /// What was loaded.
     pub load: LoadCounters,
     /// Where its parts stand in the text.
@@ -86,11 +89,6 @@ impl BuiltScene {
     /// The names of the cameras that have not had their turn, the current one first.
     pub fn camera_names(&self) -> impl Iterator<Item = Option<&str>> {
         std::iter::once(self.camera_name.as_deref()).chain(self.further_views.iter().map(|v| v.name.as_deref()))
-    }
-
-    /// Brightness of the PNG (stops).
-    pub fn exposure(&self) -> f64 {
-        self.statements.film.number("exposure").unwrap_or(0.0)
     }
 
     /// The statement of the current camera.
@@ -238,6 +236,7 @@ pub fn build(
             viewpoint: a.view.viewpoint,
             camera_name: a.view.name,
             further_views: a.further_views,
+            look: overrides.look.over(film.look().into()),
             filename_span: settings.film.params.iter().find(|p| p.name.value == "filename").map(|p| p.span),
             film,
             layers,

@@ -8,6 +8,7 @@ use crate::lang::description::{CameraEntity, Entity, SceneDescription};
 use crate::lang::seed;
 use crate::lang::source::SourceMap;
 use crate::lang::variables::{Origin, Unread, Variables};
+use crate::look::LookChanges;
 use crate::memory::picture::TooLarge;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
@@ -43,6 +44,8 @@ pub struct Overrides {
     pub crop: Option<[f64; 4]>,
     /// Names of layers that the film records besides those of the scene.
     pub layers: Vec<String>,
+    /// How the picture is shown.
+    pub look: LookChanges,
     /// File to write.
     pub output: Option<String>,
     /// A preview: the picture reduced, keeping its shape, to at most [`QUICK_SIDE`] pixels on its longer side, and to at most

@@ -254,6 +254,7 @@ fn flags_win_over_the_scene() {
         output: Some("x.exr".into()),
         quick: true,
         too_large: Default::default(),
+        look: Default::default(),
         variables: Default::default(),
         without_camera: false,
     };

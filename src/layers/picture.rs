@@ -3,6 +3,11 @@
 use crate::image::{Picture, single_precision};
 use bhs_engine::layer::{LayerFormat, Value};
 
+/// A number as files keep it; -0 stands for none.
+fn in_files(value: f64) -> f32 {
+    single_precision(value) + 0.0
+}
+
 /// A layer of a whole picture.
 pub struct LayerPicture {
     /// The name of the layer.
@@ -13,8 +18,17 @@ pub struct LayerPicture {
     pub values: Vec<Option<Value>>,
 }
 
+impl LayerPicture {
+    /// The same with the numbers that files keep, so that what is made of them is made of files too.
+    pub fn as_in_files(mut self) -> Self {
+        self.values.iter_mut().flatten().flatten().for_each(|v| *v = f64::from(in_files(*v)));
+        self
+    }
+}
+
 impl Picture {
-    /// The same picture with layers as further channels; 0 where a layer has no value.
+    /// The same picture with layers as further channels; -0 where a layer has no value, which is 0 for all who do not look at the sign, and no
+    /// value of a layer.
     pub fn with_layers(self, layers: &[LayerPicture]) -> Self {
         if layers.is_empty() {
             return self;
@@ -25,7 +39,8 @@ impl Picture {
         for (i, color) in self.data.chunks_exact(self.channels.len()).enumerate() {
             data.extend_from_slice(color);
             for LayerPicture { format, values, .. } in layers {
-                data.extend(values[i].unwrap_or_default()[..format.channels.len()].iter().copied().map(single_precision));
+                let own = values[i].map_or([-0.0; 3], |value| value.map(in_files));
+                data.extend_from_slice(&own[..format.channels.len()]);
             }
         }
         Self { channels, data, ..self }

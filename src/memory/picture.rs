@@ -35,6 +35,11 @@ pub struct Need {
 impl Need {
     /// That of a film with these layers.
     pub fn of(film: &dyn Film, layers: &[NamedLayer]) -> Self {
+        Self::shown(film, layers, film.bloom())
+    }
+
+    /// The same, if its picture is shown with a glare of this radius (pixels).
+    fn shown(film: &dyn Film, layers: &[NamedLayer], bloom: f64) -> Self {
         let [x0, x1, y0, y1] = film.crop();
         let pixels = u64::from(x1.saturating_sub(x0)) * u64::from(y1.saturating_sub(y0));
         let colors = film.channels().len() as u64;
@@ -42,7 +47,7 @@ impl Need {
         let [sums, tiles] = Framebuffer::bytes(film, layers);
         let layers = layers.len() as u64;
         // Glare: a channel and its transfer function, each beside its transpose, and the colours once more.
-        let glare = if film.bloom() > 0.0 { 4 * 8 + 4 * colors } else { 0 };
+        let glare = if bloom > 0.0 { 4 * 8 + 4 * colors } else { 0 };
         // The colours as floats, the layers as options of three doubles, and these in colours of three bytes.
         let held = 4 * colors + (32 + 3) * layers;
         // Bytes of colour and what they are compressed to; for EXR the channels together, if there are layers, and then one by one.
@@ -58,7 +63,12 @@ impl Need {
 
 /// An error if the picture of `film` with these layers needs more memory than there is now. `None`: it fits, or the system does not tell.
 pub fn check(film: &dyn Film, layers: &[NamedLayer]) -> Option<Diagnostic> {
-    let (need, available) = (Need::of(film, layers), available()?);
+    check_shown(film, layers, film.bloom())
+}
+
+/// The same, if the picture is shown with a glare of this radius (pixels).
+pub fn check_shown(film: &dyn Film, layers: &[NamedLayer], bloom: f64) -> Option<Diagnostic> {
+    let (need, available) = (Need::shown(film, layers, bloom), available()?);
     (need.total() > available.bytes).then(|| too_large(film, need, &available))
 }
 

@@ -1,60 +1,18 @@
 //! sRGB (IEC 61966-2-1): its primaries, its matrix and its curve.
 
-use crate::observer::D65_XYZ;
+use crate::matrix::{dot, inverse, xyz_from_primaries};
 
 /// Chromaticities (CIE 1931 x, y) of red, green and blue.
 pub const SRGB_PRIMARIES: [[f64; 2]; 3] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]];
 
-/// XYZ of linear sRGB (the rows are X, Y, Z): the primaries, in the amounts that make the white [`D65_XYZ`].
-pub const XYZ_FROM_SRGB: [[f64; 3]; 3] = {
-    let columns = primaries_as_xyz();
-    let inverse = inverse(columns);
-    let mut matrix = columns;
-    let mut k = 0;
-    while k < 3 {
-        let amount = dot(inverse[k], D65_XYZ);
-        let mut row = 0;
-        while row < 3 {
-            matrix[row][k] *= amount;
-            row += 1;
-        }
-        k += 1;
-    }
-    matrix
-};
+/// XYZ of linear sRGB (the rows are X, Y, Z): the primaries, in the amounts that make the white [`D65_XYZ`](crate::D65_XYZ).
+pub const XYZ_FROM_SRGB: [[f64; 3]; 3] = xyz_from_primaries(SRGB_PRIMARIES);
 
 /// Linear sRGB of XYZ (the rows are R, G, B): the inverse of [`XYZ_FROM_SRGB`], so that the illuminant D65 of luminance 1 is (1, 1, 1).
 pub const SRGB_FROM_XYZ: [[f64; 3]; 3] = inverse(XYZ_FROM_SRGB);
 
 /// Shares of red, green and blue in the luminance.
 pub const LUMINANCE: [f64; 3] = XYZ_FROM_SRGB[1];
-
-/// XYZ of the primaries at X + Y + Z = 1, by columns.
-const fn primaries_as_xyz() -> [[f64; 3]; 3] {
-    let [[rx, ry], [gx, gy], [bx, by]] = SRGB_PRIMARIES;
-    [[rx, gx, bx], [ry, gy, by], [1.0 - rx - ry, 1.0 - gx - gy, 1.0 - bx - by]]
-}
-
-const fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-const fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// The inverse of a matrix of three rows: the cross products of its rows are the columns, over the determinant.
-const fn inverse([a, b, c]: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let (bc, ca, ab) = (cross(b, c), cross(c, a), cross(a, b));
-    let determinant = dot(a, bc);
-    let mut rows = [[0.0; 3]; 3];
-    let mut k = 0;
-    while k < 3 {
-        rows[k] = [bc[k] / determinant, ca[k] / determinant, ab[k] / determinant];
-        k += 1;
-    }
-    rows
-}
 
 /// Linear sRGB of XYZ.
 #[inline]
@@ -82,7 +40,7 @@ pub fn srgb_decode(encoded: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{D65_LUMINANCE, MatchingFunctions, Y_INTEGRAL, d65};
+    use crate::{D65_LUMINANCE, D65_XYZ, MatchingFunctions, Y_INTEGRAL, d65};
 
     /// The matrix that Lindbloom publishes for sRGB and the D65 of ASTM E308, 0.95047, 1, 1.08883 (brucelindbloom.com, "RGB/XYZ Matrices").
     #[test]

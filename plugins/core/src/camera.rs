@@ -130,11 +130,33 @@ pub trait Film: Send + Sync {
     /// three of them only, for who asks for the colour alone: films begin with red, green and blue.
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]);
 
+    /// How its picture is shown.
+    fn look(&self) -> Look {
+        Look::default()
+    }
+
     /// Radius of the glare around what is bright in the picture that is displayed (pixels, at 550 nm); 0: none.
     fn bloom(&self) -> f64 {
-        0.0
+        self.look().bloom
     }
 
     /// Display colour (sRGB, encoded, 0 to 1) of a pixel whose channels have the given values.
     fn display(&self, channels: &[f32]) -> [f32; 3];
+}
+
+/// How a film's colours become those of a screen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Brightness (stops: powers of two).
+    pub exposure: f64,
+    /// The tone curve, by its name: what becomes of what is brighter than a screen.
+    pub curve: &'static str,
+    /// Radius of the glare of an aperture (pixels, at 550 nm); 0: none.
+    pub bloom: f64,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { exposure: 0.0, curve: "clip", bloom: 0.0 }
+    }
 }

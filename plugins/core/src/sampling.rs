@@ -12,6 +12,13 @@ pub trait Sampler: Send + Sync {
     /// samples, and independent of those of other sets and pixels.
     fn numbers(&self, pixel: [u32; 2], index: u32, set: u32) -> [f32; SET];
 
+    /// The number in [0,1) from which the wavelengths of sample `index` of the pixel are made
+    /// ([`VisibleWavelengths::sample`](crate::spectrum::VisibleWavelengths::sample)). A sample has wavelengths a quarter apart: a sampler that spreads
+    /// its numbers spreads these over the samples of a pixel and over neighbouring pixels, and their remainders of a quarter as well.
+    fn wavelengths(&self, pixel: [u32; 2], index: u32) -> f32 {
+        self.numbers(pixel, index, WAVELENGTHS)[0]
+    }
+
     /// Samples a pixel that the scene asks for.
     fn samples_per_pixel(&self) -> u32;
 
@@ -21,6 +28,9 @@ pub trait Sampler: Send + Sync {
         false
     }
 }
+
+/// A set of numbers that no path comes to.
+const WAVELENGTHS: u32 = u32::MAX;
 
 /// More sets of numbers than one sample needs.
 const SETS_OF_A_WAVE: u32 = 1 << 20;
@@ -45,6 +55,12 @@ impl<'a> SampleStream<'a> {
     /// The same from other sets of numbers: those of different `wave` are independent of each other, for samples that learn from those before them.
     pub fn of_wave(sampler: &'a dyn Sampler, pixel: [u32; 2], index: u32, wave: u32) -> Self {
         Self { next_set: wave.wrapping_mul(SETS_OF_A_WAVE), ..Self::new(sampler, pixel, index) }
+    }
+
+    /// The number from which the sample's wavelengths are made: [`Sampler::wavelengths`].
+    #[inline]
+    pub fn wavelengths(&self) -> f32 {
+        self.sampler.wavelengths(self.pixel, self.index)
     }
 
     /// The next number.

@@ -1,34 +1,9 @@
 //! What all films share: size, crop and file, the range of wavelengths, linear sRGB, and how that is displayed.
 
-use bhs_colour::{MatchingFunctions, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
+use bhs_colour::{MatchingFunctions, ToneCurve, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
+use bhs_core::camera::Look;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
-
-/// How a linear value between 0 and infinity becomes one between 0 and 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum ToneCurve {
-    /// Everything above 1 is white.
-    Clip,
-    /// `x (1 + x/16) / (1 + x)` per channel: white at 4 (Reinhard et al. 2002, eq. 4).
-    Reinhard,
-    /// Narkowicz' 2016 fit of the ACES filmic curve, which shows 0.18 as about 0.18.
-    Aces,
-}
-
-impl ToneCurve {
-    fn apply(self, x: f32) -> f32 {
-        // As white as can be long before the end, where the curves would become 0/0.
-        let x = x.clamp(0.0, 1e6);
-        match self {
-            Self::Clip => x,
-            Self::Reinhard => x * (1.0 + x / 16.0) / (1.0 + x),
-            Self::Aces => {
-                let x = 0.6 * x;
-                (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
-            }
-        }
-    }
-}
 
 /// A picture in linear sRGB.
 pub(crate) struct Picture {
@@ -37,10 +12,8 @@ pub(crate) struct Picture {
     pub filename: String,
     pub range: [f32; 2],
     observer: MatchingFunctions,
-    scale: f32,
     curve: ToneCurve,
-    /// Pixels.
-    pub bloom: f64,
+    pub look: Look,
 }
 
 impl Picture {
@@ -63,22 +36,17 @@ impl Picture {
         let lo = p.get_in("lambdamin", 360.0, 1.0..=1e7, "nm", "least recorded wavelength") as f32;
         let hi = p.get_in("lambdamax", 830.0, 1.0..=1e7, "nm", "greatest recorded wavelength") as f32;
         let exposure = p.get_in("exposure", 0.0, -64.0..=64.0, "stops", "brightness of the PNG");
-        let curve = p.get("tonecurve", "clip".to_owned(), "", "of the PNG: `clip`, `reinhard` or `aces`");
+        let curve = p.get("tonecurve", "clip".to_owned(), "", "of the PNG: `clip`, `reinhard`, `aces` or `agx`");
         let bloom =
             p.get_in("bloom", 0.0, 0.0..=1000.0, "pixels", "radius of the glare of an aperture in the PNG, at 550 nm; 0: none");
         if lo >= hi {
             p.reject("lambdamax", "`lambdamax` is not above `lambdamin`", format!("expected more than {lo} nm"));
             return None;
         }
-        let curve = match curve.as_str() {
-            "clip" => ToneCurve::Clip,
-            "reinhard" => ToneCurve::Reinhard,
-            "aces" => ToneCurve::Aces,
-            _ => {
-                p.reject("tonecurve", "unknown tone curve", "expected `clip`, `reinhard` or `aces`");
-                ToneCurve::Clip
-            }
-        };
+        let curve = ToneCurve::find(&curve).unwrap_or_else(|| {
+            p.reject("tonecurve", "unknown tone curve", "expected `clip`, `reinhard`, `aces` or `agx`");
+            ToneCurve::default()
+        });
         let crop = match window.as_slice() {
             &[x0, x1, y0, y1] if (0.0..x1).contains(&x0) && (0.0..y1).contains(&y0) && x1 <= 1.0 && y1 <= 1.0 => {
                 // As in pbrt: from the first pixel at or after the start to the last before the end.
@@ -103,9 +71,8 @@ impl Picture {
             filename,
             range: [lo, hi],
             observer: MatchingFunctions::cie_1931(),
-            scale: 2f32.powf(exposure as f32),
             curve,
-            bloom,
+            look: Look { exposure, curve: curve.name(), bloom },
         })
     }
 
@@ -126,6 +93,7 @@ impl Picture {
 
     /// Display colour (sRGB, encoded, 0 to 1) of red, green and blue.
     pub fn display(&self, channels: &[f32]) -> [f32; 3] {
-        std::array::from_fn(|i| srgb_encode(self.curve.apply(channels[i] * self.scale)))
+        let scale = 2f32.powf(self.look.exposure as f32);
+        self.curve.apply(std::array::from_fn(|i| channels[i] * scale)).map(srgb_encode)
     }
 }

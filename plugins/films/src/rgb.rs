@@ -2,7 +2,7 @@
 //!
 //! Spectral samples go to CIE 1931 XYZ, `XYZ = integral(L xyz-bar) / integral(y-bar)`, and on to linear sRGB primaries: the
 //! channels R, G, B of the EXR file. The PNG beside it shows the same after exposure, tone curve and sRGB encoding, which never
-//! touch the EXR file. Wavelengths are recorded from `lambdamin` to `lambdamax`, as the camera receives them.
+//! touch the EXR file; `bhs develop` makes another one of it. Colours out of sRGB's gamut keep hue and lightness. Wavelengths are recorded from `lambdamin` to `lambdamax`, as the camera receives them.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
@@ -13,7 +13,7 @@
 //! | `lambdamin` | float | 360 | nm | least recorded wavelength |
 //! | `lambdamax` | float | 830 | nm | greatest recorded wavelength |
 //! | `exposure` | float | 0 | stops | brightness of the PNG |
-//! | `tonecurve` | string | "clip" | | of the PNG: `clip`, `reinhard` or `aces` |
+//! | `tonecurve` | string | "clip" | | of the PNG: `clip`, `reinhard`, `aces` or `agx` |
 //! | `bloom` | float | 0 | pixels | radius of the glare of an aperture in the PNG, at 550 nm; 0: none |
 //!
 //! What a picture records besides colour (`layers`) is read by the directive of the film.
@@ -25,7 +25,7 @@
 
 use crate::picture::Picture;
 use bhs_core::Plugin;
-use bhs_core::camera::Film;
+use bhs_core::camera::{Film, Look};
 use bhs_core::params::Params;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 
@@ -63,8 +63,8 @@ impl Film for Rgb {
         self.0.add(radiance, lambda, sums);
     }
 
-    fn bloom(&self) -> f64 {
-        self.0.bloom
+    fn look(&self) -> Look {
+        self.0.look
     }
 
     fn display(&self, channels: &[f32]) -> [f32; 3] {

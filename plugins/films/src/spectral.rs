@@ -17,7 +17,7 @@
 
 use crate::picture::Picture;
 use bhs_core::Plugin;
-use bhs_core::camera::Film;
+use bhs_core::camera::{Film, Look};
 use bhs_core::params::Params;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 
@@ -77,8 +77,8 @@ impl Film for Spectral {
         }
     }
 
-    fn bloom(&self) -> f64 {
-        self.picture.bloom
+    fn look(&self) -> Look {
+        self.picture.look
     }
 
     fn display(&self, channels: &[f32]) -> [f32; 3] {

@@ -2,12 +2,13 @@
 //!
 //! The light of every ray that leaves the scene. The radiance is that which an observer at rest far from any hole sees. A picture is
 //! equirectangular (pbrt-v4's are octahedral), in OpenEXR, Radiance HDR, PNG or JPEG. In the space of the light, +z is up: the top row of
-//! the picture is +z, its left edge +x, and it goes on towards +y. A red, green and blue of 1 is D65 of luminance 1. Light sampling draws
+//! the picture is +z, its left edge +x, and it goes on towards +y. A red, green and blue of 1 is D65 of luminance 1, which is also
+//! the sky of which nothing is said. Light sampling draws
 //! directions of a picture by its luminance; the sky of one radiance is found by BSDF sampling.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `L` | spectrum | 1 | W m^-2 sr^-1 nm^-1 | spectral radiance |
+//! | `L` | spectrum | D65 | W m^-2 sr^-1 nm^-1 | spectral radiance |
 //! | `scale` | float | 1 | | multiplies what it emits |
 //! | `filename` | string | none | | a picture of the sky, instead of `L` |
 //! | `illuminance` | float | none | | irradiance from the upper half (+z), weighted by the eye, to which it is scaled |
@@ -24,7 +25,7 @@ use bhs_core::light::{Light, SkySample};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
-use bhs_spectra::{d65, luminance, rgb_emission};
+use bhs_spectra::{d65, luminance, rgb_emission, white};
 use glam::{DMat3, DVec3, Vec2};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -33,8 +34,13 @@ use std::sync::Arc;
 pub const PLUGIN: Plugin<dyn Light> =
     Plugin { name: "infinite", summary: "a sky all around, of one radiance or a picture of it", build };
 
+/// The sky of which nothing is said: D65 of luminance 1, which films show as white (1, 1, 1), as in pbrt.
+const WHITE: &str = "D65";
+
 fn build(p: &Params) -> Option<Box<dyn Light>> {
-    let radiance = p.spectrum("L", 1.0, SpectrumRole::Emission, "W m^-2 sr^-1 nm^-1", "spectral radiance");
+    let radiance = p
+        .optional_spectrum("L", WHITE.to_owned(), SpectrumRole::Emission, "W m^-2 sr^-1 nm^-1", "spectral radiance")
+        .unwrap_or_else(white);
     let scale = scale(p);
     let filename = p.optional::<String>("filename", "", "a picture of the sky, instead of `L`");
     let about = "irradiance from the upper half (+z), weighted by the eye, to which it is scaled";

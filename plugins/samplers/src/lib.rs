@@ -1,8 +1,9 @@
-//! Samplers: numbers in [0,1) as a pure function of (seed, pixel, sample, dimension). One file, one plugin.
+//! Samplers: numbers in [0,1) as a pure function of (seed, pixel, sample, dimension). One file, one plugin; `wavelengths` is shared.
 
 mod independent;
 mod sobol;
 mod stratified;
+mod wavelengths;
 
 use bhs_core::Plugin;
 use bhs_core::params::Params;
@@ -27,7 +28,7 @@ fn hash(seed: u64, pixel: [u32; 2], set: u32) -> u64 {
 mod tests {
     use bhs_core::sampling::Sampler;
 
-    bhs_core::every_file_is_listed!([super::ALL], helpers: []);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["wavelengths"]);
 
     fn samplers() -> [(&'static str, Box<dyn Sampler>); 3] {
         [

@@ -2,7 +2,7 @@
 //!
 //! Samples of one pixel are well distributed in each dimension and over each set of four dimensions; sets are independent of one
 //! another, and so are pixels (Burley 2020, "Practical Hash-based Owen Scrambling").
-//! Best with a power of two of samples.
+//! Wavelengths are spread over a pixel's samples and its neighbours. Best with a power of two of samples.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
@@ -13,7 +13,7 @@
 //! WorldBegin
 //! ```
 
-use crate::{hash, pixel_samples_and_seed};
+use crate::{hash, pixel_samples_and_seed, wavelengths};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
 use bhs_core::sampling::{ONE_MINUS_EPSILON, SET, Sampler};
@@ -68,6 +68,10 @@ impl Sampler for Sobol {
         // All sets are the same four-dimensional sequence, each shuffled and scrambled by its own seed.
         let seed = hash(self.seed ^ u64::from(index / SEQUENCE), pixel, set);
         self.points.scrambled(index % SEQUENCE, seed as u32).map(|x| x.min(ONE_MINUS_EPSILON))
+    }
+
+    fn wavelengths(&self, pixel: [u32; 2], index: u32) -> f32 {
+        wavelengths::progressive(self.seed, pixel, index)
     }
 
     fn samples_per_pixel(&self) -> u32 {

@@ -2,7 +2,8 @@
 //!
 //! The samples of a pixel lie in the cells of a grid of `xsamples` times `ysamples`, in each pair of dimensions, and so that each
 //! dimension by itself is divided into as many parts as there are samples, with one in each (multi-jittered, Chiu, Shirley and Wang 1994;
-//! by permutations without memory, Kensler 2013, "Correlated Multi-Jittered Sampling").
+//! by permutations without memory, Kensler 2013, "Correlated Multi-Jittered Sampling"). Wavelengths are spread evenly over the samples, and over
+//! neighbouring pixels.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
@@ -16,7 +17,7 @@
 //! WorldBegin
 //! ```
 
-use crate::hash;
+use crate::{hash, wavelengths};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
 use bhs_core::sampling::{ONE_MINUS_EPSILON, SET, Sampler, mix64, unit_f32};
@@ -115,6 +116,13 @@ impl Sampler for Stratified {
         let key = hash(self.seed ^ u64::from(index / count), pixel, set);
         let ([a, b], [c, d]) = (self.pair(index % count, key), self.pair(index % count, mix64(key)));
         [a, b, c, d]
+    }
+
+    fn wavelengths(&self, pixel: [u32; 2], index: u32) -> f32 {
+        let count = self.samples_per_pixel();
+        let seed = self.seed ^ u64::from(index / count);
+        // In an order of their own: the cells of the grid have another one in each pixel.
+        wavelengths::of_count(seed, pixel, permute(index % count, count, mix64(seed) as u32), count)
     }
 
     fn samples_per_pixel(&self) -> u32 {

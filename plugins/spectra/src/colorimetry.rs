@@ -3,12 +3,12 @@
 use crate::tabulated::{Outside, Tabulated};
 use bhs_colour::{D65_LUMINANCE, srgb_from_xyz, standard_observer};
 use bhs_core::spectrum::Spectrum;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// What the tables are turned into, once, when the first `rgb` is built.
 pub struct Colorimetry {
     /// The illuminant D65, scaled to luminance 1: `integral(D65 ybar) = integral(ybar)`.
-    pub d65: Tabulated,
+    pub d65: Arc<Tabulated>,
     /// How much the reflectance at each wavelength of the observer's table adds to red, green and blue, as seen under D65;
     /// scaled so that the reflectance 1 is (1, 1, 1).
     pub reflectance_weights: Vec<[f64; 3]>,
@@ -19,7 +19,7 @@ pub fn colorimetry() -> &'static Colorimetry {
     static CACHE: OnceLock<Colorimetry> = OnceLock::new();
     CACHE.get_or_init(|| {
         let points: Vec<_> = bhs_colour::d65().into_iter().map(|(lambda_nm, power)| (lambda_nm, power / D65_LUMINANCE)).collect();
-        let d65 = Tabulated::new(&points, Outside::EndValue);
+        let d65 = Arc::new(Tabulated::new(&points, Outside::EndValue));
         let mut weights: Vec<[f64; 3]> = standard_observer()
             .iter()
             .map(|[l, x, y, z]| srgb_from_xyz([*x, *y, *z]).map(|c| c * f64::from(d65.at(*l as f32))))

@@ -68,7 +68,12 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
 
 /// The standard illuminant D65, scaled to luminance 1: a surface of reflectance 1 under it has the linear sRGB colour (1, 1, 1).
 pub fn d65() -> &'static dyn Spectrum {
-    &colorimetry::colorimetry().d65
+    &*colorimetry::colorimetry().d65
+}
+
+/// The same, for who keeps it.
+pub fn white() -> Arc<dyn Spectrum> {
+    colorimetry::colorimetry().d65.clone()
 }
 
 /// What the eye sees of a spectrum, relative to one that is 1 at all wavelengths: `integral(L ybar) / integral(ybar)`.

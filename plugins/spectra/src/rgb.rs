@@ -53,7 +53,7 @@ fn make(param: &Param, role: SpectrumRole, _: &Context) -> Built {
         return Ok(Arc::new(Constant(largest as f32)));
     }
     let scale = if role == SpectrumRole::Reflectance { 1.0 } else { 2.0 * largest };
-    let illuminant = (role == SpectrumRole::Emission).then(|| &colorimetry().d65);
+    let illuminant = (role == SpectrumRole::Emission).then(|| &*colorimetry().d65);
     Ok(Arc::new(Rgb { scale: scale as f32, shape: Sigmoid::fit([r, g, b].map(|c| c / scale)), illuminant }))
 }
 

@@ -8,6 +8,7 @@ use bhs_core::image::Image;
 
 pub mod exr;
 mod exr_layer;
+pub mod exr_parts;
 mod hdr;
 mod primaries;
 mod raster;

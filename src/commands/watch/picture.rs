@@ -1,6 +1,7 @@
 //! One picture of `bhs watch`: coarse first, then finer and finer.
 
 use super::Watch;
+use crate::develop::{self, Texts};
 use crate::film::{Framebuffer, SeenTile};
 use crate::image::Picture;
 use crate::lang::BuiltScene;
@@ -106,7 +107,7 @@ impl Under<'_> {
 
     /// Writes the PNG file.
     fn write(&self, picture: &Picture) {
-        let written = self.file.clone().finish(|to| super::super::outputs::write_png(to, picture, &*self.built.film));
+        let written = self.file.clone().finish(|to| develop::write_png(to, picture, &self.built.look, &Texts::default()));
         if let Err(error) = written {
             say!("error: {error:#}");
         }

@@ -54,6 +54,11 @@ pub fn read_all(bytes: &[u8]) -> Result<Channels, String> {
     let reader = open(bytes)?;
     let parts = flat_parts(reader.headers())?;
     let part = choose(&parts).map_or(parts[0].index, |choice| choice.part);
+    read_channels(reader, part)
+}
+
+/// Reads all channels of a part.
+pub(super) fn read_channels(reader: Reader<Cursor<&[u8]>>, part: usize) -> Result<Channels, String> {
     let header = &reader.headers()[part];
     let size = [header.layer_size.width(), header.layer_size.height()];
     let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
@@ -149,14 +154,14 @@ pub(super) fn convert(texels: &mut [[f32; 3]], matrix: Mat3) {
 
 /// Counts numbers that are no light.
 #[derive(Default)]
-struct Odd {
+pub(super) struct Odd {
     nan: u64,
     infinite: u64,
 }
 
 impl Odd {
     #[inline]
-    fn number(&mut self, v: f32) -> f32 {
+    pub(super) fn number(&mut self, v: f32) -> f32 {
         if v.is_finite() {
             v
         } else if v == f32::INFINITY {
@@ -168,7 +173,7 @@ impl Odd {
         }
     }
 
-    fn notes(&self) -> impl Iterator<Item = String> {
+    pub(super) fn notes(&self) -> impl Iterator<Item = String> {
         let nan = (self.nan > 0).then(|| format!("{} of its values are not numbers and count as 0", self.nan));
         let infinite =
             (self.infinite > 0).then(|| format!("{} of its values are infinite and count as {BRIGHTEST}", self.infinite));
@@ -177,7 +182,7 @@ impl Odd {
 }
 
 /// Reads the headers, once it is known that the file can hold what they say.
-fn open(bytes: &[u8]) -> Result<Reader<Cursor<&[u8]>>, String> {
+pub(super) fn open(bytes: &[u8]) -> Result<Reader<Cursor<&[u8]>>, String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| explain(&e))?;
     for header in meta.headers.iter().filter(|h| !h.deep) {
         check_header(header, bytes.len())?;
@@ -203,7 +208,7 @@ fn explain(error: &exr::error::Error) -> String {
 }
 
 /// The parts that are not deep.
-fn flat_parts(headers: &[Header]) -> Result<Vec<Part>, String> {
+pub(super) fn flat_parts(headers: &[Header]) -> Result<Vec<Part>, String> {
     let flat = headers.iter().enumerate().filter(|(_, h)| !h.deep);
     let parts: Vec<Part> = flat
         .map(|(index, h)| Part {
@@ -330,19 +335,19 @@ fn offset(data: IntegerBounds, display: IntegerBounds) -> [i64; 2] {
     [i64::from(d.0) - i64::from(w.0), i64::from(d.1) - i64::from(w.1)]
 }
 
-fn primaries(c: Chromaticities) -> Primaries {
+pub(super) fn primaries(c: Chromaticities) -> Primaries {
     Primaries([c.red, c.green, c.blue, c.white].map(|v| DVec2::new(f64::from(v.0), f64::from(v.1))))
 }
 
 /// Shares of red, green and blue in Y. Without an attribute those of Rec. 709.
-fn luminance_weights(chromaticities: Option<Chromaticities>) -> Vec3 {
+pub(super) fn luminance_weights(chromaticities: Option<Chromaticities>) -> Vec3 {
     chromaticities
         .and_then(|c| super::primaries::luminance_weights(primaries(c)))
         .unwrap_or(DVec3::from_array(LUMINANCE).as_vec3())
 }
 
 /// Red, green and blue of Y, RY = (R - Y) / Y and BY = (B - Y) / Y (OpenEXR, "Luminance/Chroma Images").
-fn rgb_of_chroma([y, ry, by]: [f32; 3], weights: Vec3) -> [f32; 3] {
+pub(super) fn rgb_of_chroma([y, ry, by]: [f32; 3], weights: Vec3) -> [f32; 3] {
     let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
     [r, (y - r * weights.x - b * weights.z) / weights.y, b]
 }

@@ -1,0 +1,121 @@
+//! From the linear colours of a picture to those of a screen: what `bhs render` and `bhs develop` both do, so that both write the same bytes.
+//!
+//! Glare (`crate::bloom`), white balance, exposure, tone curve, sRGB; formulas: docs/develop.md. What is decided by the picture itself (`auto`) is decided by the
+//! numbers of its EXR file.
+
+pub mod auto;
+pub mod channels;
+pub mod input;
+mod texts;
+
+pub use texts::Texts;
+
+use crate::bloom;
+use crate::false_color::FalseColor;
+use crate::image::{self, Picture};
+use crate::layers::LayerPicture;
+use crate::look::{Bits, Exposure, Look, White};
+use anyhow::Result;
+use bhs_colour::{Matrix, ToneCurve, balance_of, balance_of_colour, srgb_encode, times};
+use std::borrow::Cow;
+use std::io::Write;
+
+/// A look with all that the picture decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Developer {
+    /// Brightness (stops).
+    pub stops: f64,
+    scale: f32,
+    balance: Option<Matrix>,
+    curve: ToneCurve,
+}
+
+impl Developer {
+    /// That of a picture whose first three channels are red, green and blue.
+    pub fn new(look: &Look, picture: &Picture) -> Self {
+        let balance = match look.white {
+            White::Kelvin(kelvin) => balance_of(kelvin),
+            White::Auto => auto::white(picture).and_then(balance_of_colour),
+        };
+        let stops = match look.exposure {
+            Exposure::Stops(stops) => stops,
+            Exposure::Auto => auto::stops(picture).unwrap_or(0.0),
+        };
+        Self { stops, scale: 2f32.powf(stops as f32), balance, curve: look.curve }
+    }
+
+    /// The colour on a screen (sRGB, encoded, 0 to 1) of linear red, green and blue.
+    #[inline]
+    pub fn display(&self, rgb: [f32; 3]) -> [f32; 3] {
+        let rgb = self.balance.map_or(rgb, |m| times(m, rgb.map(f64::from)).map(|x| x as f32));
+        self.curve.apply(rgb.map(|x| x * self.scale)).map(srgb_encode)
+    }
+}
+
+/// What a PNG file shows.
+pub enum Content<'p> {
+    /// Colours: the first three channels.
+    Colours(Cow<'p, Picture>),
+    /// A layer in false colours, and the size of the picture.
+    FalseColor(LayerPicture, [usize; 2]),
+}
+
+impl<'p> Content<'p> {
+    /// A picture with these layers; or one of the layers, or other channels, if it has a name.
+    ///
+    /// # Errors
+    /// If there is no such layer.
+    pub fn of(picture: &'p Picture, layers: &[LayerPicture], name: Option<&str>, false_color: bool) -> Result<Self, String> {
+        let Some(name) = name else { return Ok(Self::Colours(Cow::Borrowed(picture))) };
+        let all = picture.clone().with_layers(layers);
+        let known: Vec<channels::Known> = layers.iter().map(|layer| (layer.name, layer.format)).collect();
+        let names: Vec<&str> = all.channels.iter().map(String::as_str).collect();
+        let found = channels::find(&names, name, &known)?;
+        Ok(match false_color {
+            true => Self::FalseColor(all.layer(&found), all.size),
+            false => Self::Colours(Cow::Owned(all.shown(&found.channels))),
+        })
+    }
+
+    /// Writes it as PNG.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&self, to: impl Write, look: &Look, texts: &Texts) -> Result<()> {
+        match self {
+            Self::Colours(picture) => write_png(to, picture, look, texts),
+            Self::FalseColor(layer, size) => write_false_color(to, *size, &FalseColor::new(layer), texts),
+        }
+    }
+}
+
+/// Writes a picture, whose first three channels are red, green and blue, as PNG.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write_png(to: impl Write, picture: &Picture, look: &Look, texts: &Texts) -> Result<()> {
+    let developer = Developer::new(look, picture);
+    let shown = bloom::with_glare(picture, look.bloom);
+    let width = picture.size[0] * picture.channels.len();
+    let texts = texts.with_look(look, &developer);
+    image::write_rows(to, picture.size, look.bits == Bits::Sixteen, texts.all(), |y, row| {
+        for pixel in shown.data[y * width..][..width].chunks_exact(picture.channels.len()) {
+            let colour = developer.display([pixel[0], pixel[1], pixel[2]]);
+            match look.bits {
+                Bits::Eight => row.extend(colour.map(|v| (v * 255.0 + 0.5) as u8)),
+                Bits::Sixteen => colour.into_iter().for_each(|v| row.extend(((v * 65_535.0 + 0.5) as u16).to_be_bytes())),
+            }
+        }
+    })
+}
+
+/// Writes a layer in false colours as PNG.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write_false_color(to: impl Write, size: [usize; 2], colors: &FalseColor, texts: &Texts) -> Result<()> {
+    let pixels = colors.pixels();
+    image::write_rows(to, size, false, texts.with_layer(colors).all(), |y, row| {
+        row.extend_from_slice(pixels[y * size[0]..][..size[0]].as_flattened());
+    })
+}
