@@ -21,7 +21,7 @@ use crate::kerr::connect::bundle::Spin;
 use crate::kerr::connect::newton::{Found, run_all, sharpened};
 use crate::kerr::connect::quick::run_side_by_side;
 use crate::kerr::connect::reached::{Trial, follow_all};
-use crate::kerr::connect::search::{Guess, Image, Search, Target};
+use crate::kerr::connect::search::{Guess, Image, Search, Target, all_without_spin};
 use arrayvec::ArrayVec;
 use bhs_core::lanes::LANES;
 use bhs_engine::connections::ConnectionPair;
@@ -44,8 +44,9 @@ pub fn find_all(
 ) -> Vec<[Option<Found>; 2]> {
     let mut searches: Vec<Search> = Vec::with_capacity(2 * pairs.len());
     let mut places: Vec<(usize, usize)> = Vec::with_capacity(2 * pairs.len());
-    for (k, (x, to)) in pairs.iter().enumerate() {
-        let (both, outlines) = if *to == Target::Point(*x) { ([None; 2], [None; 2]) } else { Search::both(spin.a, *x, *to) };
+    for (k, ((x, to), plain)) in pairs.iter().zip(all_without_spin(pairs)).enumerate() {
+        let (both, outlines) =
+            if *to == Target::Point(*x) { ([None; 2], [None; 2]) } else { Search::both(spin.a, (*x, *to), plain) };
         let chosen = choose(k, &outlines);
         for (image, search) in both.into_iter().enumerate().filter(|(image, _)| chosen[*image]) {
             searches.extend(search);
@@ -117,7 +118,9 @@ pub fn image_of(spin: Spin<f64>, x: DVec3, target: Target, traced: Guess) -> Opt
     // Neighbours say which of the two it can be.
     let image =
         if follow_all(spin.charge_squared, &[trial], false)[0]?.determinant() > 0.0 { Image::Direct } else { Image::Round };
-    let search = Search::both(spin.a, x, target).0.into_iter().flatten().find(|search| search.image == image)?;
+    let ends = (x, target);
+    let search =
+        Search::both(spin.a, ends, all_without_spin(&[ends])[0]).0.into_iter().flatten().find(|search| search.image == image)?;
     let found = search_all(spin, &[search])[0]?;
     let is_it = found.is_same(traced, SURELY)
         || (found.is_same(traced, MAYBE)

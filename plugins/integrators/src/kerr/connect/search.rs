@@ -1,8 +1,8 @@
 //! What is looked for around a hole that spins, and what that begins with: the rays of a hole without spin. Lengths are multiples of the mass.
 
-use crate::spherical::connect::connect_pair;
 use crate::spherical::connect::sky::connect_sky;
-use bhs_core::spacetime::Spherical;
+use crate::spherical::connect::{connect_pair, connect_pairs};
+use bhs_core::spacetime::{Place, Spherical};
 use bhs_engine::connections::{Connection, ConnectionPair};
 use glam::{DQuat, DVec2, DVec3};
 
@@ -98,9 +98,38 @@ const DISPLACED: f64 = 1.25;
 const CRITICAL: f64 = 4.0 / 27.0;
 const CIRCULAR: f64 = 2.0 / 3.0;
 
+/// A hole's `rs`, and both rays around it.
+pub type Plain = (f64, ConnectionPair);
+
+/// Both rays of each of `ends` around the hole without spin.
+pub fn all_without_spin(ends: &[(DVec3, Target)]) -> Vec<Plain> {
+    let mut found = vec![(2.0, [None; 2]); ends.len()];
+    let (mut places, mut pairs) = (Vec::with_capacity(ends.len()), Vec::with_capacity(ends.len()));
+    for (k, (x, target)) in ends.iter().enumerate() {
+        match target {
+            Target::Point(y) if schwarzschild_radius(*x, *target) == 2.0 => {
+                places.push(k);
+                pairs.push([Place::near(*x), Place::near(*y)]);
+            }
+            _ => found[k] = without_spin(*x, *target, 0),
+        }
+    }
+    let mut joined = vec![[None; 2]; pairs.len()];
+    connect_pairs(&Spherical { center: DVec3::ZERO, rs: 2.0, charge_squared: 0.0 }, &pairs, 0, &mut joined);
+    for (k, pair) in places.into_iter().zip(joined) {
+        found[k].1 = pair;
+    }
+    found
+}
+
+/// That of the hole without spin: as large as the one that spins, if the ends are outside.
+fn schwarzschild_radius(x: DVec3, target: Target) -> f64 {
+    2.0f64.min(CLOSEST * x.length().min(target.distance()))
+}
+
 /// Both rays around the hole without spin that make `turn` whole turns, and its `rs`.
-fn without_spin(x: DVec3, target: Target, turn: u32) -> (f64, ConnectionPair) {
-    let rs = 2.0f64.min(CLOSEST * x.length().min(target.distance()));
+fn without_spin(x: DVec3, target: Target, turn: u32) -> Plain {
+    let rs = schwarzschild_radius(x, target);
     let hole = Spherical { center: DVec3::ZERO, rs, charge_squared: 0.0 };
     let pair = match target {
         Target::Point(y) => connect_pair(&hole, x, y, turn),
@@ -125,9 +154,9 @@ fn duration(x: DVec3, target: Target, rs: f64, c: &Connection) -> f64 {
 impl Search {
     /// Those of both images between `x` and `target`, and the rays around the hole without spin.
     ///
-    /// `a`: angular momentum over mass of the hole.
-    pub fn both(a: f64, x: DVec3, target: Target) -> ([Option<Self>; 2], ConnectionPair) {
-        let (rs, pair) = without_spin(x, target, 0);
+    /// `a`: angular momentum over mass of the hole; `plain`: what [`all_without_spin`] says of the ends.
+    pub fn both(a: f64, (x, target): (DVec3, Target), plain: Plain) -> ([Option<Self>; 2], ConnectionPair) {
+        let (rs, pair) = plain;
         let displaced = (-x.dot(target.vector()) > IN_THE_WAY * x.length() * target.vector().length()).then(|| {
             // Light that moves along with the spin is bent less: so it is by a hole farther away from it.
             let way = match target {
