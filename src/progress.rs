@@ -57,7 +57,7 @@ impl Progress {
         let shown = match form {
             ProgressForm::None => Shown::Nowhere,
             ProgressForm::Tty => {
-                let bar = bar(pictures.iter().product());
+                let bar = bar();
                 message::keep_clear_of(Some(&bar));
                 Shown::Bar(bar)
             }
@@ -80,20 +80,20 @@ impl Progress {
 
     /// The next picture begins: what it is called among others, and where `samples` of all pictures are behind. `time`: what it may take.
     pub fn picture(&self, name: String, samples: u64, time: Option<Duration>) {
-        if let Shown::Bar(bar) = &self.shown {
-            bar.set_position(samples);
-        }
         if !name.is_empty() {
             message::openjd("status", name.trim_end_matches([',', ' ']));
         }
         self.tally.picture(Picture::new(name, time, samples));
+        if let Shown::Bar(bar) = &self.shown {
+            bar.set_position(position(&self.tally.reached()));
+        }
     }
 
     /// So many samples of the picture were there before.
     pub fn skip(&self, samples: u64) {
         self.tally.skip(samples);
         if let Shown::Bar(bar) = &self.shown {
-            bar.inc(samples);
+            bar.set_position(position(&self.tally.reached()));
             bar.reset_eta();
         }
     }
@@ -123,8 +123,9 @@ impl Progress {
     pub fn tile(&self, samples: u64, rays: u64) {
         self.tally.tile(samples, rays);
         if let Shown::Bar(bar) = &self.shown {
-            bar.inc(samples);
-            bar.set_message(format!("tile {}, {:.2} Mray/s", self.tally.tiles(), self.tally.rate()));
+            let reached = self.tally.reached();
+            bar.set_position(position(&reached));
+            bar.set_message(format!("tile {}, {:.2} Mray/s", self.tally.tiles(), reached.rate));
         }
     }
 
@@ -164,8 +165,16 @@ impl Drop for Lines {
     }
 }
 
-fn bar(samples: u64) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(samples), ProgressDrawTarget::stderr());
+/// Where the bar is full.
+const FULL: u64 = 10_000;
+
+/// How far the bar is.
+fn position(reached: &Reached) -> u64 {
+    (FULL as f64 * reached.percent / 100.0) as u64
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(FULL), ProgressDrawTarget::stderr());
     let style = ProgressStyle::with_template("{prefix} [{wide_bar}] {percent:>3} % {msg}, {elapsed} gone, {eta} left");
     if let Ok(style) = style {
         bar.set_style(style.progress_chars("=> "));

@@ -102,7 +102,7 @@ impl Tally {
     }
 
     /// Million rays a second.
-    pub fn rate(&self) -> f64 {
+    fn rate(&self) -> f64 {
         self.rays.load(Ordering::Relaxed) as f64 / 1e6 / self.start.elapsed().as_secs_f64().max(1e-9)
     }
 
