@@ -196,6 +196,8 @@ fn interval(form: ProgressForm, since: Instant) -> Duration {
 fn tell(form: ProgressForm, reached: &Reached) {
     let Reached { name, percent, of_all, spp: [done, total], elapsed, remaining, rate } = reached;
     match form {
+        // What follows takes no samples, and the closing words come soon.
+        ProgressForm::Lines if *percent >= 100.0 => {}
         ProgressForm::Lines => {
             let left = remaining.map_or(String::new(), |left| format!(", {} left", short(left)));
             let gone = short(*elapsed);
