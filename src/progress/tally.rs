@@ -126,3 +126,30 @@ impl Tally {
         self.picture.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_of_samples_or_time_of_all_pictures_and_scenes() {
+        // The second of two scenes, with two pictures of 100 samples.
+        let tally = Tally::new([100, 2], [1, 2]);
+        tally.skip(20);
+        tally.tile(30, 1000);
+        let Reached { percent, of_all, remaining, .. } = tally.reached();
+        assert_eq!((percent, of_all), (25.0, 62.5));
+        // What was there before took no time.
+        let elapsed = tally.start.elapsed().as_secs_f64();
+        assert!(remaining.is_some_and(|left| left <= elapsed * 0.75 / 0.15), "{remaining:?} {elapsed}");
+        // Its time is over.
+        tally.picture(Picture::new("second".to_owned(), Some(Duration::ZERO), 100));
+        assert_eq!(tally.reached().percent, 100.0);
+        tally.picture(Picture::new("second".to_owned(), Some(Duration::from_secs(1_000_000)), 100));
+        tally.tile(50, 0);
+        assert!((75.0..75.01).contains(&tally.reached().percent));
+        tally.picture_done(7, true);
+        let Reached { percent, of_all, spp, .. } = tally.reached();
+        assert_eq!((percent, of_all, spp[0]), (100.0, 100.0, 7));
+    }
+}
