@@ -6,7 +6,7 @@ mod show;
 mod values;
 mod watch;
 
-pub use develop::{DevelopArgs, LookArgs};
+pub use develop::{DevelopArgs, LookArgs, ToneArgs};
 pub use merge::MergeArgs;
 pub use show::ShowArgs;
 pub use watch::WatchArgs;

@@ -6,9 +6,9 @@ use clap::Args;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// How a picture is shown: in the PNG, never in the EXR file.
+/// The colours of a picture: in the PNG, never in the EXR file.
 #[derive(Args, Clone, Debug, Default)]
-pub struct LookArgs {
+pub struct ToneArgs {
     /// Brightness of the PNG in stops, in place of the film's, or `auto`
     #[arg(long, value_name = "STOPS|auto", allow_hyphen_values = true, value_parser = Exposure::from_str)]
     pub exposure: Option<Exposure>,
@@ -24,6 +24,14 @@ pub struct LookArgs {
     /// Bits of each of red, green and blue of the PNG
     #[arg(long, value_name = "8|16", value_parser = Bits::from_str)]
     pub bits: Option<Bits>,
+}
+
+/// How a picture is shown: in the PNG, never in the EXR file.
+#[derive(Args, Clone, Debug, Default)]
+pub struct LookArgs {
+    /// Its colours
+    #[command(flatten)]
+    pub tone: ToneArgs,
     /// Show a layer in place of the picture, such as `normal`: as if it were light, or with --false-color
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
@@ -32,11 +40,18 @@ pub struct LookArgs {
     pub false_color: bool,
 }
 
+impl ToneArgs {
+    /// What they change.
+    pub fn changes(&self) -> LookChanges {
+        let Self { exposure, tonecurve, white, bloom, bits } = *self;
+        LookChanges { exposure, curve: tonecurve, white, bloom, bits }
+    }
+}
+
 impl LookArgs {
     /// What they change.
     pub fn changes(&self) -> LookChanges {
-        let Self { exposure, tonecurve, white, bloom, bits, .. } = *self;
-        LookChanges { exposure, curve: tonecurve, white, bloom, bits }
+        self.tone.changes()
     }
 }
 

@@ -1,7 +1,7 @@
 //! `bhs watch`
 
 use super::values::{crop, frames_per_second, layer_name, resolution, seconds};
-use super::{SceneArgs, ShowArgs};
+use super::{SceneArgs, ShowArgs, ToneArgs};
 use crate::lang::variables::FRAMES_PER_SECOND;
 use clap::Args;
 use std::path::PathBuf;
@@ -51,6 +51,9 @@ pub struct WatchArgs {
     /// Show a layer besides the colour in the viewer of --display-server; can be repeated
     #[arg(long, value_name = "NAME", value_parser = layer_name)]
     pub aov: Vec<String>,
+    /// The colours of the PNG
+    #[command(flatten)]
+    pub tone: ToneArgs,
     /// Small and with few samples
     #[arg(long)]
     pub quick: bool,

@@ -4,7 +4,7 @@ mod picture;
 
 use super::frames::read_keys;
 use super::outputs::Naming;
-use super::{Common, ExitStatus, overrides, show, start_threads};
+use super::{Common, ExitStatus, diagnose, overrides, show, start_threads};
 use crate::animation::keys::Keys;
 use crate::cli::WatchArgs;
 use crate::display::Display;
@@ -100,7 +100,7 @@ impl Watch<'_> {
                 return (None, sources.stamps());
             }
         };
-        let built = match lang::load(&args.scene, &self.registry, &self.overrides(&keys), &mut sources) {
+        let mut built = match lang::load(&args.scene, &self.registry, &self.overrides(&keys), &mut sources) {
             Ok(built) => built,
             Err(found) => {
                 show(&found, &sources, self.common.color);
@@ -108,6 +108,7 @@ impl Watch<'_> {
             }
         };
         show(&built.warnings, &sources, self.common.color);
+        diagnose(&mut built, &sources, self.common);
         let too_large: Vec<_> = check(&*built.film, &built.layers).into_iter().collect();
         show(&too_large, &sources, self.common.color);
         let file = if too_large.is_empty() { self.claim(&built, &sources) } else { None };
@@ -132,6 +133,7 @@ impl Watch<'_> {
             crop: args.crop,
             layers: args.aov.clone(),
             quick: args.quick,
+            look: args.tone.changes(),
             too_large: TooLarge::Refuse,
             ..general
         }

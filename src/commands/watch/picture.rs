@@ -2,6 +2,7 @@
 
 use super::Watch;
 use crate::develop::{self, Texts};
+use crate::diagnosis::{self, Level};
 use crate::film::{Framebuffer, SeenTile};
 use crate::image::Picture;
 use crate::lang::BuiltScene;
@@ -74,6 +75,10 @@ impl Under<'_> {
             display.end(&name, rendered.frame.picture().with_layers(&rendered.frame.layers()));
         }
         let seconds = start.elapsed().as_secs_f64();
+        let said = diagnosis::after(built, &rendered);
+        if let Some(said) = said.filter(|said| !(watch.args.quiet && said.level == Level::Note)) {
+            say!("{said}");
+        }
         let what = json!({
             "output": self.file.path().to_string_lossy(),
             "camera": built.camera_name,
