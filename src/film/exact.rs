@@ -228,7 +228,7 @@ mod tests {
         let one = |mut next: &mut dyn FnMut() -> u64| {
             let next = &mut next;
             let mantissa = significant::<24>(next() as f64);
-            let sign = if next() % 3 == 0 { -1.0 } else { 1.0 };
+            let sign = if next().is_multiple_of(3) { -1.0 } else { 1.0 };
             sign * mantissa * 2f64.powi((next() % exponents as u64) as i32 - exponents / 2)
         };
         (0..count).map(|_| one(&mut next)).collect()
