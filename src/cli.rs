@@ -33,6 +33,12 @@ pub struct Cli {
     /// Folder that nothing leads out of that a scene reads or writes; files that the command line names may lie elsewhere
     #[arg(long, global = true, value_name = "FOLDER")]
     pub root: Option<PathBuf>,
+    /// Read the scene with pbrt-v4's meaning, even if its name does not end in `.pbrt`
+    #[arg(long, global = true)]
+    pub pbrt: bool,
+    /// Read this file at the end of the scene too, such as one that has a black hole; can be repeated
+    #[arg(long, global = true, value_name = "FILE")]
+    pub include: Vec<PathBuf>,
     /// With --version: also commit, its date, Embree, vector code and denoiser
     #[arg(long, requires = "version")]
     pub verbose: bool,
@@ -101,6 +107,17 @@ pub enum Command {
         /// Write it back to its file
         #[arg(long)]
         write: bool,
+    },
+    /// Write a scene, such as one of pbrt-v4's, as one file in our own terms
+    Convert {
+        /// The scene; `-` reads standard input
+        scene: PathBuf,
+        /// File to write; standard output if not given
+        #[arg(short, long, value_name = "FILE.bhs")]
+        output: Option<PathBuf>,
+        /// Numbers for its variables
+        #[command(flatten)]
+        definitions: Definitions,
     },
     /// List the plugins, with their parameters
     Plugins {

@@ -11,12 +11,13 @@ use crate::{diagnosis, message, plugins_table, report, say};
 use anyhow::{Context, Result, anyhow};
 use bhs_core::diagnostics::Diagnostic;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 mod about;
 mod bench;
 mod compare;
+mod convert;
 mod denoise;
 mod develop;
 mod frames;
@@ -34,6 +35,7 @@ mod watch;
 pub use about::{completions, man, verbose_version};
 pub use bench::bench;
 pub use compare::compare;
+pub use convert::convert;
 pub use denoise::denoise;
 pub use develop::develop;
 pub use merge::merge;
@@ -101,6 +103,10 @@ pub struct Common {
     pub color: bool,
     /// What confines the files of a scene.
     pub root: Option<Root>,
+    /// Whether scenes are pbrt-v4's, whatever their files are called.
+    pub pbrt: bool,
+    /// Files that are read at the end of a scene.
+    pub include: Vec<PathBuf>,
 }
 
 impl Common {
@@ -109,12 +115,13 @@ impl Common {
     /// # Errors
     /// If there is no such folder as the root.
     pub fn of(cli: &Cli) -> Result<Self> {
-        Ok(Self { color: cli.color.on_standard_error(), root: cli.root.as_deref().map(Root::new).transpose()? })
+        let root = cli.root.as_deref().map(Root::new).transpose()?;
+        Ok(Self { color: cli.color.on_standard_error(), root, pbrt: cli.pbrt, include: cli.include.clone() })
     }
 
     /// No texts yet.
     fn sources(&self) -> SourceMap {
-        SourceMap::confined_to(self.root.clone())
+        SourceMap::confined_to(self.root.clone()).reading(self.pbrt, self.include.clone())
     }
 
     /// Opens a file, not a scene, that the command line names.

@@ -59,6 +59,7 @@ fn run(cli: &Cli) -> Result<ExitStatus> {
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man { command } => commands::man(command.as_deref()),
         Command::Format { scene, write } => commands::format(scene, *write, common),
+        Command::Convert { scene, output, definitions } => commands::convert(scene, output.as_deref(), definitions, common),
         Command::Plugins { kind, name, json } => commands::plugins(kind.as_deref(), name.as_deref(), *json),
         Command::Trace(args) => commands::trace(args, common),
         Command::Bench(args) => commands::bench(args, common),

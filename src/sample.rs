@@ -52,7 +52,8 @@ impl CameraSample {
     pub fn add(&self, job: &Job, path: &PathSample, sums: &mut [f64], log: &mut PathLog) -> Option<f64> {
         log.counters.paths += 1;
         // Weighted, as it is added: that may overflow too.
-        let weighted = self.received(job, path.radiance, log) * self.weight;
+        let received = job.film.limited(self.received(job, path.radiance, log), &self.lambda);
+        let weighted = received * self.weight;
         if !weighted.is_finite() {
             log.counters.not_finite += 1;
             return None;

@@ -44,6 +44,7 @@ mod outputs;
 mod outside;
 mod pages;
 mod parts;
+mod pbrt;
 mod pbrt_facts;
 mod point_light;
 mod progress;

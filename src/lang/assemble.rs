@@ -143,7 +143,11 @@ pub(super) fn assemble(
                 let light = Arc::clone(area_lights.get(light)?.as_ref()?);
                 let place = (side, part.span);
                 emitters::check((&geometry, motion.as_ref()), light.as_ref(), told.as_ref(), place, found);
-                emitters.push(Emitter { motion, ..Emitter::new(geometries.len() as u32, &geometry, light) });
+                let mut emitter = Emitter::new(geometries.len() as u32, &geometry, light);
+                if let Some(light) = emitter.light.of_area(emitter.area(&geometry)) {
+                    emitter.light = light;
+                }
+                emitters.push(Emitter { motion, ..emitter });
             }
             geometries.push(geometry);
             bindings.push(binding);

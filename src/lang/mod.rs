@@ -32,6 +32,7 @@ mod options;
 pub mod overrides;
 pub mod parse;
 mod parts;
+mod pbrt;
 mod picture_names;
 mod pictured;
 pub mod resolve;
@@ -92,6 +93,27 @@ pub fn load_text(
     let file = sources.add(name, text);
     let (description, found) = resolve::resolve_with(sources, file, &overrides.variables);
     build(description, found, registry, overrides, sources)
+}
+
+/// The scene `path` as one text in our own terms, printed neatly, for a file in `folder`; with what is to be said of it.
+///
+/// # Errors
+/// Everything that is wrong with its text and its included files. Plugins are not made.
+pub fn convert(
+    path: impl AsRef<Path>,
+    sources: &mut SourceMap,
+    variables: &Variables,
+    folder: &Path,
+) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let file = sources.open(path).map_err(|d| vec![*d])?;
+    let (_, mut found) = resolve::resolve_with(sources, file, variables);
+    if has_errors(&found) {
+        return Err(found);
+    }
+    let text = pbrt::convert(sources, file, variables, folder)?;
+    // What it says of variables and of unused things is about the scene, not about its conversion.
+    found.retain(|d| d.code == "pbrt");
+    Ok((format(&text, sources.add("<converted>", &text))?, found))
 }
 
 /// The words of all directives, in alphabetical order.

@@ -7,6 +7,7 @@ use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::errors::{ErrorCount, Suggestions};
 use crate::lang::foreign;
 use crate::lang::parse::{self, Directives, MAX_ERRORS};
+use crate::lang::pbrt::Translator;
 use crate::lang::resolve::attributes::Attributes;
 use crate::lang::source::SourceMap;
 use crate::lang::transform;
@@ -41,14 +42,7 @@ pub fn resolve_with(sources: &mut SourceMap, file: u16, given: &Variables) -> (S
         sources,
         found: Vec::new(),
         scene: SceneDescription::default(),
-        state: State {
-            ctm: Arc::default(),
-            reverse_orientation: false,
-            side: Side::Near,
-            material: CurrentMaterial::Default,
-            area_light: None,
-            attributes: Attributes::default(),
-        },
+        state: State::default(),
         stack: Vec::new(),
         textures: Default::default(),
         cameras: BTreeMap::new(),
@@ -66,8 +60,10 @@ pub fn resolve_with(sources: &mut SourceMap, file: u16, given: &Variables) -> (S
         errors: ErrorCount::default(),
         ended: false,
         suggestions: Suggestions::default(),
+        pbrt: Translator::default(),
     };
     resolver.file(file);
+    resolver.add_files(file);
     resolver.finish(file);
     (resolver.scene, resolver.found)
 }
@@ -89,6 +85,19 @@ pub(super) struct State {
     pub(super) material: CurrentMaterial,
     pub(super) area_light: Option<usize>,
     attributes: Attributes,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            ctm: Arc::default(),
+            reverse_orientation: false,
+            side: Side::Near,
+            material: CurrentMaterial::Default,
+            area_light: None,
+            attributes: Attributes::default(),
+        }
+    }
 }
 
 /// The machine that runs directives.
@@ -126,11 +135,13 @@ pub(crate) struct Resolver<'s> {
     /// Whether there are so many errors that the rest is not read.
     pub(super) ended: bool,
     pub(super) suggestions: Suggestions,
+    /// What turns pbrt-v4's directives into ours.
+    pbrt: Translator,
 }
 
 impl Resolver<'_> {
     pub(super) fn file(&mut self, file: u16) {
-        let Some(text) = self.sources.get(file).map(|s| Arc::clone(&s.text)) else { return };
+        let Some((text, is_pbrt)) = self.sources.get(file).map(|s| (Arc::clone(&s.text), s.is_pbrt)) else { return };
         let mut directives = Directives::new(&text, file).suggesting(directives::KEYWORDS);
         while let Some(mut directive) = directives.next() {
             self.found.extend(directives.take_faults());
@@ -142,7 +153,11 @@ impl Resolver<'_> {
             if !directive.references.is_empty() {
                 self.substitute(&mut directive);
             }
-            self.directive(directive);
+            if is_pbrt {
+                self.run_pbrt(directive);
+            } else {
+                self.directive(directive);
+            }
             if self.errors.count(&self.found) >= MAX_ERRORS && !self.ended {
                 self.found.push(parse::too_many(file, end));
                 self.end();
@@ -151,6 +166,36 @@ impl Resolver<'_> {
         self.found.extend(directives.into_faults());
         if self.errors.count(&self.found) >= MAX_ERRORS {
             self.end();
+        }
+    }
+
+    /// Runs a directive of pbrt-v4's.
+    fn run_pbrt(&mut self, directive: Directive) {
+        let translated = self.pbrt.translate(directive, &mut self.found);
+        translated.directives.into_iter().for_each(|d| self.directive(d));
+        if translated.is_import {
+            self.pbrt.end_import();
+        }
+    }
+
+    /// Reads the files that `--include` adds, with the world's coordinates.
+    fn add_files(&mut self, scene: u16) {
+        for path in self.sources.additions().to_vec() {
+            if self.ended {
+                return;
+            }
+            self.state = State::default();
+            self.pbrt.start_addition();
+            match self.sources.open_addition(&path, scene) {
+                Ok(file) => self.file(file),
+                Err(fault) => {
+                    self.found.push(*fault);
+                    self.scene.incomplete = true;
+                }
+            }
+        }
+        for directive in self.pbrt.finish(&mut self.found) {
+            self.directive(directive);
         }
     }
 

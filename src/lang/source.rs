@@ -2,6 +2,7 @@
 
 use crate::files::{self, FileId, Root, Stamp, Stamps};
 use crate::lang::lines::Lines;
+use crate::lang::source::dialect::is_pbrt_file;
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::params::{Decode, Decoded, Files};
 use std::any::TypeId;
@@ -10,6 +11,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+mod dialect;
 
 /// Includes within includes that are allowed.
 pub const MAX_INCLUDE_DEPTH: usize = 64;
@@ -27,6 +30,8 @@ pub struct Source {
     folder: PathBuf,
     /// The file itself, to notice a file that includes itself.
     identity: Option<PathBuf>,
+    /// Whether it is read with pbrt-v4's meaning.
+    pub is_pbrt: bool,
     /// Its lines, found when the first place in it is asked for.
     lines: OnceLock<Lines>,
 }
@@ -43,6 +48,10 @@ pub struct SourceMap {
     memory: Option<BTreeMap<PathBuf, Arc<[u8]>>>,
     /// What has been made of files, if it is kept.
     cache: Option<Arc<FileCache>>,
+    /// Whether the scene is pbrt-v4's, whatever its file is called.
+    pbrt: bool,
+    /// Files that are read at the end of the scene.
+    additions: Vec<PathBuf>,
 }
 
 /// What has been made of files, for scenes that are made one after the other and read the same ones. It is found by the files' contents, so
@@ -154,10 +163,14 @@ impl SourceMap {
         if path == Path::new("-") {
             let mut bytes = Vec::new();
             std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| cannot(e.to_string()))?;
-            return self.push("<stdin>", bytes, PathBuf::new(), None, None);
+            let file = self.push("<stdin>", bytes, PathBuf::new(), None, None)?;
+            self.mark(file, self.pbrt);
+            return Ok(file);
         }
         let bytes = self.content(path, path, None).map_err(cannot)?;
-        self.push_file(path, bytes, None)
+        let file = self.push_file(path, bytes, None)?;
+        self.mark(file, self.pbrt || is_pbrt_file(path));
+        Ok(file)
     }
 
     /// Adds a text that is no file, such as an example of the language reference or the command line.
@@ -198,7 +211,13 @@ impl SourceMap {
             let message = format!("files are included more than {MAX_INCLUDE_DEPTH} deep");
             return Err(error("include-depth", message, "this one goes too far"));
         }
-        self.push_file(&full, bytes, Some(span))
+        let (is_pbrt, folder) = self.meaning_within(&full, span);
+        let file = self.push_file(&full, bytes, Some(span))?;
+        self.mark(file, is_pbrt);
+        if let (true, Some(folder), Some(source)) = (is_pbrt, folder, self.sources.get_mut(usize::from(file))) {
+            source.folder = folder;
+        }
+        Ok(file)
     }
 
     /// Adds the texts so far to the hash of the scene. Those of the command line come later: they are no part of it.
@@ -283,6 +302,11 @@ impl SourceMap {
         }
     }
 
+    /// The folder where relative paths in the text at `span` start.
+    pub(crate) fn folder(&self, span: Span) -> PathBuf {
+        self.get(span.file).map(|s| s.folder.clone()).unwrap_or_default()
+    }
+
     /// The file that the text at `span` calls `path`.
     fn locate(&self, path: &str, span: Span) -> PathBuf {
         match self.get(span.file) {
@@ -331,7 +355,8 @@ impl SourceMap {
             }
         };
         let text: Arc<str> = text.strip_prefix('\u{feff}').unwrap_or(&text).into();
-        self.sources.push(Source { name: name.to_owned(), text, included_at, folder, identity, lines: OnceLock::new() });
+        let name = name.to_owned();
+        self.sources.push(Source { name, text, included_at, folder, identity, is_pbrt: false, lines: OnceLock::new() });
         Ok(file)
     }
 }

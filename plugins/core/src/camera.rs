@@ -135,6 +135,11 @@ pub trait Film: Send + Sync {
         Look::default()
     }
 
+    /// The sample of `radiance` as far as the film takes it, before it is weighted.
+    fn limited(&self, radiance: SampledSpectrum, _lambda: &SampledWavelengths) -> SampledSpectrum {
+        radiance
+    }
+
     /// Radius of the glare around what is bright in the picture that is displayed (pixels, at 550 nm); 0: none.
     fn bloom(&self) -> f64 {
         self.look().bloom

@@ -20,6 +20,8 @@ pub struct Image {
     pub height: u32,
     /// The colours.
     pub texels: Texels,
+    /// How opaque texels are, 255 being wholly so; `None`: all are, or the picture does not say.
+    pub alpha: Option<Vec<u8>>,
     /// What whoever reads the picture should be told of it, such as which of several layers it is; in words that can follow
     /// "`file`: ".
     pub notes: Vec<String>,
@@ -36,6 +38,13 @@ impl Image {
 
     /// A picture of the given width and height of which there is nothing to be told.
     pub fn new(size: [u32; 2], texels: Texels) -> Self {
-        Self { width: size[0], height: size[1], texels, notes: Vec::new(), encoding_note: None }
+        Self { width: size[0], height: size[1], texels, alpha: None, notes: Vec::new(), encoding_note: None }
+    }
+
+    /// The same with how opaque its texels are.
+    #[must_use]
+    pub fn with_alpha(self, alpha: Vec<u8>) -> Self {
+        let says_something = alpha.iter().any(|a| *a < u8::MAX);
+        Self { alpha: says_something.then_some(alpha), ..self }
     }
 }

@@ -15,6 +15,7 @@
 pub mod camera;
 pub mod diagnostics;
 pub mod dual;
+pub mod equal_area;
 pub mod geometry;
 pub mod image;
 pub mod intersector;

@@ -3,6 +3,7 @@
 use crate::spacetime::Spacetime;
 use crate::spectrum::{N_LAMBDA, SampledSpectrum};
 use glam::{DVec3, Vec2};
+use std::sync::Arc;
 
 /// Where and how light leaves a surface, as the observer at that place sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +73,11 @@ pub trait AreaLight: Send + Sync {
     /// How far from its own centre a disk with this emission begins where the scene does not say (chart, scene units). Known after
     /// [`AreaLight::bind`].
     fn inner_edge(&self) -> Option<f64> {
+        None
+    }
+
+    /// The same light on a shape of the given area (chart, scene units squared), if what it emits depends on that.
+    fn of_area(&self, _area: f64) -> Option<Arc<dyn AreaLight>> {
         None
     }
 

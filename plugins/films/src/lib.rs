@@ -3,6 +3,7 @@
 
 mod picture;
 mod rgb;
+mod sensor;
 mod spectral;
 
 use bhs_core::Plugin;
@@ -13,5 +14,5 @@ pub const ALL: &[Plugin<dyn Film>] = &[rgb::PLUGIN, spectral::PLUGIN];
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["picture"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["picture", "sensor"]);
 }

@@ -1,5 +1,6 @@
 //! What all films share: size, crop and file, the range of wavelengths, linear sRGB, and how that is displayed.
 
+use crate::sensor::Sensor;
 use bhs_colour::{MatchingFunctions, ToneCurve, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
 use bhs_core::camera::Look;
 use bhs_core::params::Params;
@@ -12,6 +13,7 @@ pub(crate) struct Picture {
     pub filename: String,
     pub range: [f32; 2],
     observer: MatchingFunctions,
+    sensor: Sensor,
     curve: ToneCurve,
     pub look: Look,
 }
@@ -39,6 +41,7 @@ impl Picture {
         let curve = p.get("tonecurve", "clip".to_owned(), "", "of the PNG: `clip`, `reinhard`, `aces` or `agx`");
         let bloom =
             p.get_in("bloom", 0.0, 0.0..=1000.0, "pixels", "radius of the glare of an aperture in the PNG, at 550 nm; 0: none");
+        let sensor = Sensor::read(p);
         if lo >= hi {
             p.reject("lambdamax", "`lambdamax` is not above `lambdamin`", format!("expected more than {lo} nm"));
             return None;
@@ -71,6 +74,7 @@ impl Picture {
             filename,
             range: [lo, hi],
             observer: MatchingFunctions::cie_1931(),
+            sensor,
             curve,
             look: Look { exposure, curve: curve.name(), bloom },
         })
@@ -78,6 +82,27 @@ impl Picture {
 
     /// Adds one sample of `radiance` (not yet divided by the wavelengths' densities) to red, green and blue.
     pub fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]) {
+        let xyz = self.sensor.developed(self.xyz(radiance, lambda));
+        for (sum, value) in sums.iter_mut().zip(srgb_from_xyz(xyz)) {
+            *sum += value;
+        }
+    }
+
+    /// A sample as far as the sensor takes it.
+    pub fn limited(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths) -> SampledSpectrum {
+        match self.sensor.is_limited() {
+            true => radiance * self.sensor.limit(self.xyz(radiance, lambda)),
+            false => radiance,
+        }
+    }
+
+    /// The factor of the sensor.
+    pub fn imaging_ratio(&self) -> f64 {
+        self.sensor.ratio
+    }
+
+    /// XYZ of one sample of `radiance` (not yet divided by the wavelengths' densities).
+    fn xyz(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths) -> [f64; 3] {
         let mut xyz = [0.0; 3];
         for i in 0..N_LAMBDA {
             let weight = f64::from(radiance[i]) / (f64::from(lambda.pdf[i]) * N_LAMBDA as f64 * Y_INTEGRAL);
@@ -86,9 +111,7 @@ impl Picture {
                 xyz[k] += weight * f64::from(matching[k]);
             }
         }
-        for (sum, value) in sums.iter_mut().zip(srgb_from_xyz(xyz)) {
-            *sum += value;
-        }
+        xyz
     }
 
     /// Display colour (sRGB, encoded, 0 to 1) of red, green and blue.

@@ -15,6 +15,9 @@
 //! | `exposure` | float | 0 | stops | brightness of the PNG |
 //! | `tonecurve` | string | "clip" | | of the PNG: `clip`, `reinhard`, `aces` or `agx` |
 //! | `bloom` | float | 0 | pixels | radius of the glare of an aperture in the PNG, at 550 nm; 0: none |
+//! | `imagingratio` | float | 1 | | multiplies what is recorded, in the EXR file too |
+//! | `whitebalance` | float | none | K | temperature of the daylight that is to look white |
+//! | `maxcomponentvalue` | float | none | | largest X, Y or Z of a sample; a brighter one keeps its colour |
 //!
 //! What a picture records besides colour (`layers`) is read by the directive of the film.
 //!
@@ -61,6 +64,10 @@ impl Film for Rgb {
 
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]) {
         self.0.add(radiance, lambda, sums);
+    }
+
+    fn limited(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.0.limited(radiance, lambda)
     }
 
     fn look(&self) -> Look {

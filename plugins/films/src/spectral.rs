@@ -73,8 +73,12 @@ impl Film for Spectral {
         for i in 0..N_LAMBDA {
             let bucket = ((lambda.lambda_nm[i] - self.picture.range[0]) / self.width()) as usize;
             let density = f64::from(lambda.pdf[i]) * N_LAMBDA as f64 * f64::from(self.width());
-            buckets[bucket.min(self.buckets - 1)] += f64::from(radiance[i]) / density;
+            buckets[bucket.min(self.buckets - 1)] += self.picture.imaging_ratio() * f64::from(radiance[i]) / density;
         }
+    }
+
+    fn limited(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.picture.limited(radiance, lambda)
     }
 
     fn look(&self) -> Look {

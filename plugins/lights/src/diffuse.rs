@@ -10,6 +10,8 @@
 //! | `scale` | float | 1 | | multiplies what it emits |
 //! | `filename` | string | none | | a picture of the radiance, instead of `L` |
 //! | `twosided` | bool | false | | whether both sides emit |
+//! | `luminance` | float | none | | instead of the strength of `L`: radiance weighted by the eye, `integral(L ybar) / integral(ybar)` |
+//! | `power` | float | none | | instead of the strength of `L`: power of each shape weighted by the eye, over all directions and both sides |
 //!
 //! ```bhs
 //! WorldBegin
@@ -18,7 +20,7 @@
 //! ```
 
 use crate::picture::{self, Picture};
-use crate::{factor, factor_of, mean, mean_of, scale};
+use crate::{factor, factor_of, luminance_of, mean, mean_of, rescale_to, scale};
 use bhs_core::light::{AreaLight, Emission, EmissionPoint};
 use bhs_core::material::Shading;
 use bhs_core::params::Params;
@@ -40,6 +42,27 @@ fn build(p: &Params) -> Option<Box<dyn AreaLight>> {
     let scale = scale(p);
     let filename = p.optional::<String>("filename", "", "a picture of the radiance, instead of `L`");
     let two_sided = p.get("twosided", false, "", "whether both sides emit");
+    let about = "instead of the strength of `L`: radiance weighted by the eye, integral(L ybar) / integral(ybar)";
+    let luminance = rescale_to(p, "luminance", about, || match &radiance {
+        SpectrumParameter::Spectrum(spectrum) => bhs_spectra::luminance(spectrum.as_ref()),
+        SpectrumParameter::Texture { .. } => 1.0,
+    });
+    let power = p.optional::<f64>(
+        "power",
+        "",
+        "instead of the strength of `L`: power of each shape weighted by the eye, over all directions and both sides",
+    );
+    let is_spectrum = filename.is_none() && matches!(radiance, SpectrumParameter::Spectrum(_));
+    if p.is_given("luminance") && !is_spectrum {
+        p.reject("luminance", "`luminance` needs a spectrum `L`", "a picture or a texture says how bright it is");
+    }
+    if p.is_given("luminance") && p.is_given("power") {
+        p.reject("luminance", "`luminance` and `power` exclude each other", "each says how bright the light is");
+    }
+    if power.is_some_and(|power| power <= 0.0) {
+        p.reject("power", "`power` must be above 0", "");
+    }
+    let scale = scale * luminance;
     let (radiance, scale) = match (filename, radiance) {
         (Some(filename), _) => {
             if p.is_given("L") {
@@ -49,7 +72,7 @@ fn build(p: &Params) -> Option<Box<dyn AreaLight>> {
             let [lo, hi] = p.context().lambda_range;
             let greatest = picture.as_ref().map_or(0.0, |p| f64::from(p.greatest()) * f64::from(d65().max(lo, hi)));
             let scale = factor_of(p, "filename", greatest, scale);
-            (Radiance::Picture(picture?), scale)
+            (Radiance::Picture(Arc::new(picture?)), scale)
         }
         (None, SpectrumParameter::Spectrum(spectrum)) => {
             let scale = factor(p, "L", spectrum.as_ref(), scale);
@@ -57,24 +80,39 @@ fn build(p: &Params) -> Option<Box<dyn AreaLight>> {
         }
         (None, SpectrumParameter::Texture { texture, .. }) => (Radiance::Texture(texture), factor_of(p, "L", 1.0, scale)),
     };
-    Some(Box::new(Diffuse { radiance, scale, two_sided }))
+    Some(Box::new(Diffuse { radiance, scale, two_sided, power }))
 }
 
 /// Spectral radiance.
+#[derive(Clone)]
 enum Radiance {
     /// The same at all points.
     Spectrum(Arc<dyn Spectrum>),
     Texture(Arc<dyn Texture>),
-    Picture(Picture),
+    Picture(Arc<Picture>),
 }
 
 struct Diffuse {
     radiance: Radiance,
     scale: f32,
     two_sided: bool,
+    /// Of each shape, weighted by the eye, times `scale`.
+    power: Option<f64>,
 }
 
 impl Diffuse {
+    /// The mean luminance of a side, before `scale`, of textures at even places.
+    fn mean_luminance(&self) -> f64 {
+        const N: u32 = 32;
+        let cell = |i: u32| (i as f32 + 0.5) / N as f32;
+        let at = |uv| luminance_of(|lambda_nm| self.at(uv, lambda_nm, 1.0));
+        match &self.radiance {
+            Radiance::Spectrum(spectrum) => bhs_spectra::luminance(spectrum.as_ref()),
+            Radiance::Picture(picture) => picture.mean_luminance(),
+            Radiance::Texture(_) => (0..N * N).map(|i| at(Vec2::new(cell(i % N), cell(i / N)))).sum::<f64>() / f64::from(N * N),
+        }
+    }
+
     /// The radiance of a side that emits, before `scale`.
     #[inline]
     fn at(&self, uv: Vec2, lambda_nm: [f32; N_LAMBDA], clock_rate: f32) -> SampledSpectrum {
@@ -106,5 +144,14 @@ impl AreaLight for Diffuse {
 
     fn is_uniform(&self) -> bool {
         matches!(self.radiance, Radiance::Spectrum(_))
+    }
+
+    fn of_area(&self, area: f64) -> Option<Arc<dyn AreaLight>> {
+        let power = self.power?;
+        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        let factor = power / (PI * area * sides * self.mean_luminance());
+        let scale = (f64::from(self.scale) * factor) as f32;
+        let scale = if scale.is_finite() { scale } else { 0.0 };
+        Some(Arc::new(Self { radiance: self.radiance.clone(), scale, two_sided: self.two_sided, power: None }))
     }
 }

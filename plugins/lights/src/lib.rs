@@ -9,17 +9,20 @@ use glam::{DMat3, DVec3};
 
 mod diffuse;
 mod distant;
+mod goniometric;
 mod infinite;
 mod page_thorne;
 mod picture;
 mod point;
+mod projection;
 mod sky_map;
 mod spot;
 mod stars;
 mod thindisc;
 
 /// Lights that are no surfaces, in alphabetical order.
-pub const ALL: &[Plugin<dyn Light>] = &[distant::PLUGIN, infinite::PLUGIN, point::PLUGIN, spot::PLUGIN, stars::PLUGIN];
+pub const ALL: &[Plugin<dyn Light>] =
+    &[distant::PLUGIN, goniometric::PLUGIN, infinite::PLUGIN, point::PLUGIN, projection::PLUGIN, spot::PLUGIN, stars::PLUGIN];
 
 /// Emissions of surfaces, in alphabetical order.
 pub const AREA: &[Plugin<dyn AreaLight>] = &[diffuse::PLUGIN, thindisc::PLUGIN];
@@ -90,6 +93,11 @@ fn aim(p: &Params, about: [&'static str; 2]) -> Option<(DVec3, DVec3)> {
     Some((transform.transform_point3(from.0), direction?))
 }
 
+/// Turns directions of the chart into those of the space of a light that shines from a point, which may be scaled: directions alone count.
+fn turn_to_light(p: &Params) -> DMat3 {
+    p.context().world_from_object.matrix3.inverse()
+}
+
 /// Turns directions of the chart into those of a sky under the current transform: a rotation, mirrored or not. `None` after a report that it is
 /// none.
 fn sky_from_chart(p: &Params) -> Option<DMat3> {
@@ -123,6 +131,16 @@ fn mean_of(of: impl Fn([f32; N_LAMBDA]) -> SampledSpectrum, lo: f32, hi: f32) ->
     let wavelength = |i: usize| lo + (i as f32 + 0.5) / N as f32 * (hi - lo);
     let sum = |first: usize| of(std::array::from_fn(|k| wavelength(first + k))).0.into_iter().map(f64::from).sum::<f64>();
     (0..N).step_by(N_LAMBDA).map(sum).sum::<f64>() / N as f64
+}
+
+/// The luminance of what `of` has at the wavelengths that it is asked for, `integral(L ybar) / integral(ybar)`, in steps of a nanometre.
+fn luminance_of(of: impl Fn([f32; N_LAMBDA]) -> SampledSpectrum) -> f64 {
+    let rows = bhs_colour::standard_observer();
+    let part = |rows: &[[f64; 4]]| {
+        let lambda_nm = std::array::from_fn(|k| rows[k.min(rows.len() - 1)][0] as f32);
+        rows.iter().zip(of(lambda_nm).0).map(|(row, value)| row[2] * f64::from(value)).sum::<f64>()
+    };
+    rows.chunks(N_LAMBDA).map(part).sum::<f64>() / bhs_colour::Y_INTEGRAL
 }
 
 #[cfg(test)]

@@ -50,6 +50,13 @@ impl Picture {
         texels.flatten().fold(0.0, f32::max)
     }
 
+    /// The mean luminance of all texels.
+    pub fn mean_luminance(&self) -> f64 {
+        let [width, height] = self.size();
+        let texels = (0..height).flat_map(|y| (0..width).map(move |x| self.texel(x, y)));
+        texels.map(bhs_colour::luminance).sum::<f64>() / (width * height) as f64
+    }
+
     /// The colour at texture coordinates, bilinear; (0, 0) is the lower left corner, and outside the edge goes on.
     pub fn at(&self, uv: Vec2) -> [f32; 3] {
         let size = self.size();

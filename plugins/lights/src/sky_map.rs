@@ -1,13 +1,14 @@
 //! A picture of the whole sky, and how to draw directions from it by brightness.
 //!
-//! The picture is equirectangular, in a space of its own whose z axis points up: its top row is +z, its left edge +x, and it goes on
-//! towards +y. Pixels are patches of one radiance each, so that the density can be proportional to the radiance everywhere.
+//! The picture is in a space of its own whose z axis points up. An equirectangular one has +z in its top row, +x at its left edge, and goes on
+//! towards +y; one of equal areas is square, and the octahedral map of Clarberg (2008), as pbrt-v4's skies are, with +z in its middle. Pixels are patches of one radiance each, so that the density can be proportional to the radiance everywhere.
 
 use crate::picture::Picture;
 use bhs_colour::luminance;
+use bhs_core::equal_area::{equal_area_direction, equal_area_point};
 use bhs_core::image::Image;
 use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
-use glam::{DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -15,10 +16,20 @@ use std::sync::Arc;
 /// the luminances of as many.
 const BLOCK: usize = 16;
 
+/// How directions are laid out in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// Columns are longitudes, rows are polar angles.
+    Equirectangular,
+    /// Pixels have equal solid angles.
+    EqualArea,
+}
+
 /// A sky. Directions are unit vectors of its own space.
 pub struct SkyMap {
     /// Width and height (pixels).
     size: [usize; 2],
+    layout: Layout,
     /// What it shows.
     picture: Picture,
     /// Choice of a row: by its luminance times its solid angle.
@@ -29,10 +40,10 @@ pub struct SkyMap {
 
 impl SkyMap {
     /// The sky of a picture, encoded in sRGB if it has bytes or words; all its values are finite, and negative ones count as 0.
-    pub fn new(image: Arc<Image>) -> Self {
+    pub fn new(image: Arc<Image>, layout: Layout) -> Self {
         let picture = Picture::new(image);
         let [width, height] = picture.size();
-        let mut map = Self { size: [width, height], picture, rows: Discrete::new(Vec::new()), blocks: Vec::new() };
+        let mut map = Self { size: [width, height], layout, picture, rows: Discrete::new(Vec::new()), blocks: Vec::new() };
         let mut blocks = Vec::with_capacity(width.div_ceil(BLOCK) * height);
         let mut rows = Vec::with_capacity(height);
         let mut totals = Vec::with_capacity(width.div_ceil(BLOCK));
@@ -45,7 +56,7 @@ impl SkyMap {
                 sum += t;
                 if total > 0.0 { (sum / total) as f32 } else { 0.0 }
             }));
-            rows.push(total * row_solid_angle(y, height) / width as f64);
+            rows.push(total * map.row_solid_angle(y) / width as f64);
         }
         map.rows = Discrete::new(rows);
         map.blocks = blocks;
@@ -88,6 +99,12 @@ impl SkyMap {
     /// What falls on a horizontal surface from above: the integral of luminance times cosine over the upper half.
     pub fn illuminance(&self) -> f64 {
         let [width, height] = self.size;
+        if self.layout == Layout::EqualArea {
+            let up = |x: usize, y: usize| equal_area_direction(self.square(x, y, [0.5; 2])).z.max(0.0);
+            let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            let sum: f64 = pixels.map(|(x, y)| luminance(self.texel(x, y)) * up(x, y)).sum();
+            return sum * 2.0 * TAU / (width * height) as f64;
+        }
         let row = |y| {
             // The integral of sin cos over what part of the row lies above the horizon.
             let [top, bottom] = [y, y + 1].map(|y| (y as f64 / height as f64 * PI).min(PI / 2.0).sin());
@@ -125,6 +142,10 @@ impl SkyMap {
             return None;
         }
         let within = ((rest / own) as f32).clamp(0.0, ONE_MINUS_EPSILON);
+        if self.layout == Layout::EqualArea {
+            let direction = equal_area_direction(self.square(x, y, [f64::from(within), f64::from(v)]));
+            return Some((direction, self.density(x, y)));
+        }
         // Evenly over the solid angle of the pixel.
         let [top, bottom] = row_cosines(y, height);
         let z = top + (bottom - top) * f64::from(v);
@@ -143,13 +164,13 @@ impl SkyMap {
 
     /// The density within a pixel.
     fn density(&self, x: usize, y: usize) -> f64 {
-        let [width, height] = self.size;
+        let [width, _] = self.size;
         let total = self.block_total(x, y);
         if total <= 0.0 {
             return 0.0;
         }
         let share = f64::from(self.block_share(x / BLOCK, y).1) * luminance(self.texel(x, y)) / total;
-        self.rows.probability(y) * share * width as f64 / row_solid_angle(y, height)
+        self.rows.probability(y) * share * width as f64 / self.row_solid_angle(y)
     }
 
     /// The share of its row that lies before a block, and its own: as drawn, roundings included.
@@ -159,8 +180,26 @@ impl SkyMap {
         (before, row[block] - before)
     }
 
+    /// Solid angle of a row.
+    fn row_solid_angle(&self, y: usize) -> f64 {
+        match self.layout {
+            Layout::Equirectangular => row_solid_angle(y, self.size[1]),
+            Layout::EqualArea => 2.0 * TAU / self.size[1] as f64,
+        }
+    }
+
+    /// The point of the unit square that lies within a pixel.
+    fn square(&self, x: usize, y: usize, within: [f64; 2]) -> DVec2 {
+        let [width, height] = self.size;
+        DVec2::new((x as f64 + within[0]) / width as f64, (y as f64 + within[1]) / height as f64)
+    }
+
     fn pixel(&self, direction: DVec3) -> [usize; 2] {
         let [width, height] = self.size;
+        if self.layout == Layout::EqualArea {
+            let p = equal_area_point(direction);
+            return [(p.x, width), (p.y, height)].map(|(share, n)| ((share.max(0.0) * n as f64) as usize).min(n - 1));
+        }
         let phi = direction.y.atan2(direction.x).rem_euclid(TAU);
         // The sine, too: near the poles the cosine alone is blunt.
         let theta = direction.x.hypot(direction.y).atan2(direction.z);
@@ -197,7 +236,7 @@ mod tests {
     }
 
     fn map(size: [usize; 2], pixels: Vec<[f32; 3]>) -> SkyMap {
-        SkyMap::new(Arc::new(Image::new(size.map(|s| s as u32), Texels::Floats(pixels))))
+        SkyMap::new(Arc::new(Image::new(size.map(|s| s as u32), Texels::Floats(pixels))), Layout::Equirectangular)
     }
 
     fn number(i: u64) -> f32 {

@@ -11,8 +11,8 @@
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `reflectance` | spectrum, texture | 0.5 | | share of the light that the ground reflects |
-//! | `roughness` | float | 0 | | of the coat: 0 (polished) to 1; no texture |
-//! | `uroughness`, `vroughness` | float | `roughness` | | must be equal: different ones are not supported yet |
+//! | `roughness` | float, texture | 0 | | of the coat: 0 (polished) to 1; that of a texture counts in 32 steps of alpha |
+//! | `uroughness`, `vroughness` | float, texture | `roughness` | | must be equal: different ones are not supported yet |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
 //! | `thickness` | float | 0.01 | | of the coat: light that crosses it straight keeps exp(-thickness) |
 //! | `eta` | spectrum | 1.5 | | the coat's refractive index, 0.1 to 10; the same at all wavelengths |
@@ -26,7 +26,7 @@
 
 use crate::coat::Coat;
 use crate::fresnel;
-use crate::microfacet::Ggx;
+use crate::microfacet::{Ggx, SMOOTH};
 use crate::roughness::Facets;
 use bhs_core::Plugin;
 use bhs_core::diagnostics::Diagnostic;
@@ -38,6 +38,7 @@ use bhs_core::texture::SpectrumParameter;
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 use std::ops::RangeInclusive;
+use std::sync::OnceLock;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Material> =
@@ -49,26 +50,33 @@ const INDICES: RangeInclusive<f32> = 0.1..=10.0;
 struct CoatedDiffuse {
     reflectance: SpectrumParameter,
     eta: f32,
-    /// Of the coat; `None`: smooth.
+    coats: Coats,
+}
+
+/// A coat with its surface; `None`: smooth.
+struct Layer {
     facets: Option<Ggx>,
     coat: Coat,
 }
 
+/// The coats of all points.
+enum Coats {
+    One(Layer),
+    /// By a texture, in equal steps of alpha; each is made when it is first needed.
+    Textured {
+        facets: Facets,
+        thickness: f32,
+        steps: Vec<OnceLock<Layer>>,
+    },
+}
+
+/// Steps of alpha between 0 and 1.
+const STEPS: usize = 32;
+
 fn build(p: &Params) -> Option<Box<dyn Material>> {
     let about = "share of the light that the ground reflects";
     let reflectance = p.spectrum_parameter("reflectance", 0.5, SpectrumRole::Reflectance, "", about);
-    let facets = match Facets::read(p) {
-        Facets::Smooth => None,
-        Facets::Rough(facets) => Some(facets),
-        Facets::Textured { .. } => {
-            p.report(
-                Diagnostic::error("unsupported", "a texture of a coat's roughness is not supported yet")
-                    .at(p.span_of("roughness"), "")
-                    .help("give a number"),
-            );
-            None
-        }
-    };
+    let facets = Facets::read(p);
     let thickness =
         p.get_in("thickness", 0.01, 0.0..=1e6, "", "of the coat: light that crosses it straight keeps exp(-thickness)");
     let spectrum = p.spectrum(
@@ -102,29 +110,53 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
     p.get_in("g", 0.0, -1.0..=1.0, "", "no effect in a clear coat");
     p.get_in("maxdepth", 10, 1..=1_000_000, "", "no effect: all ways of the light are summed");
     p.get_in("nsamples", 1, 1..=1_000_000, "", "no effect: all ways of the light are summed");
-    Some(Box::new(CoatedDiffuse { reflectance, eta, facets, coat: Coat::new(eta, facets, thickness as f32) }))
+    let thickness = thickness as f32;
+    let layer = |facets| Coats::One(Layer { facets, coat: Coat::new(eta, facets, thickness) });
+    let coats = match facets {
+        Facets::Smooth => layer(None),
+        Facets::Rough(facets) => layer(Some(facets)),
+        facets => Coats::Textured { facets, thickness, steps: (0..=STEPS).map(|_| OnceLock::new()).collect() },
+    };
+    Some(Box::new(CoatedDiffuse { reflectance, eta, coats }))
 }
 
 impl CoatedDiffuse {
+    /// The coat at a point.
+    #[inline]
+    fn layer(&self, at: &Shading) -> &Layer {
+        match &self.coats {
+            Coats::One(layer) => layer,
+            Coats::Textured { facets, thickness, steps } => {
+                let alpha = facets.at(at).map_or(0.0, |f| f.alpha);
+                let step = ((alpha * STEPS as f32).round() as usize).min(STEPS);
+                steps[step].get_or_init(|| {
+                    let facets = Some(Ggx { alpha: (step as f32 / STEPS as f32).max(SMOOTH) });
+                    Layer { facets, coat: Coat::new(self.eta, facets, *thickness) }
+                })
+            }
+        }
+    }
+
     /// The ground's part of the BSDF times pi, over the share that gets through from `wi`.
-    fn ground(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
-        let through = self.coat.through(wo.z.abs()) / (self.eta * self.eta);
-        self.reflectance.sample(at).map(|r| r * through / (1.0 - r * self.coat.back))
+    fn ground(&self, coat: &Coat, at: &Shading, wo: Vec3) -> SampledSpectrum {
+        let through = coat.through(wo.z.abs()) / (self.eta * self.eta);
+        self.reflectance.sample(at).map(|r| r * through / (1.0 - r * coat.back))
     }
 
     /// Probability that a direction is chosen by the coat.
-    fn chooses_coat(&self, ground: SampledSpectrum, wo: Vec3) -> f32 {
-        let coat = self.coat.reflected(wo.z.abs());
-        let whole = coat + ground.mean() * self.coat.mean_through;
+    fn chooses_coat(coat: &Coat, ground: SampledSpectrum, wo: Vec3) -> f32 {
+        let mean_through = coat.mean_through;
+        let coat = coat.reflected(wo.z.abs());
+        let whole = coat + ground.mean() * mean_through;
         if whole > 0.0 { coat / whole } else { 1.0 }
     }
 
     /// The BSDF times |cos(theta_i)|, and the density of `wi`, but for a smooth coat's reflection; both on the side z > 0.
-    fn both(&self, ground: SampledSpectrum, by_coat: f32, wo: Vec3, wi: Vec3) -> (SampledSpectrum, f32) {
+    fn both(&self, layer: &Layer, (ground, by_coat): (SampledSpectrum, f32), wo: Vec3, wi: Vec3) -> (SampledSpectrum, f32) {
         let cos_per_pi = wi.z * FRAC_1_PI;
-        let mut value = ground * (self.coat.through(wi.z) * cos_per_pi);
+        let mut value = ground * (layer.coat.through(wi.z) * cos_per_pi);
         let mut pdf = (1.0 - by_coat) * cos_per_pi;
-        if let (Some(facets), Some(m)) = (self.facets, (wo + wi).try_normalize()) {
+        if let (Some(facets), Some(m)) = (layer.facets, (wo + wi).try_normalize()) {
             let mirrored = facets.mirrored_density(wo, m);
             let (reflected, _) = fresnel::dielectric(wo.dot(m).clamp(0.0, 1.0), self.eta);
             value += SampledSpectrum::splat(reflected * mirrored * facets.shadowing(wo, wi));
@@ -139,8 +171,10 @@ impl CoatedDiffuse {
             return (SampledSpectrum::ZERO, 0.0);
         }
         let side = Vec3::new(1.0, 1.0, wo.z.signum());
-        let ground = self.ground(at, wo);
-        self.both(ground, self.chooses_coat(ground, wo), wo * side, wi * side)
+        let layer = self.layer(at);
+        let ground = self.ground(&layer.coat, at, wo);
+        let by_coat = Self::chooses_coat(&layer.coat, ground, wo);
+        self.both(layer, (ground, by_coat), wo * side, wi * side)
     }
 }
 
@@ -159,31 +193,33 @@ impl Material for CoatedDiffuse {
         }
         let side = Vec3::new(1.0, 1.0, wo.z.signum());
         let up = wo * side;
-        let ground = self.ground(at, wo);
-        let by_coat = self.chooses_coat(ground, wo);
+        let layer = self.layer(at);
+        let ground = self.ground(&layer.coat, at, wo);
+        let by_coat = Self::chooses_coat(&layer.coat, ground, wo);
         let wi = if choice >= by_coat {
             cosine_hemisphere(u)
-        } else if let Some(facets) = self.facets {
+        } else if let Some(facets) = layer.facets {
             fresnel::reflect(up, facets.sample_visible(up, u))
         } else {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-            let weight = SampledSpectrum::splat(self.coat.reflected(up.z) / by_coat);
+            let weight = SampledSpectrum::splat(layer.coat.reflected(up.z) / by_coat);
             return Some(BsdfSample { wi, weight, pdf: 1.0, specular: true, drops_wavelengths: false });
         };
         if wi.z <= 0.0 {
             return None;
         }
-        let (value, pdf) = self.both(ground, by_coat, up, wi);
+        let (value, pdf) = self.both(layer, (ground, by_coat), up, wi);
         (pdf > 0.0).then(|| BsdfSample { wi: wi * side, weight: value / pdf, pdf, specular: false, drops_wavelengths: false })
     }
 
     fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
-        let coat = self.coat.reflected(wo.z.abs());
-        self.ground(at, wo).map(|ground| coat + ground * self.coat.mean_through)
+        let coat = &self.layer(at).coat;
+        let reflected = coat.reflected(wo.z.abs());
+        self.ground(coat, at, wo).map(|ground| reflected + ground * coat.mean_through)
     }
 
     fn is_uniform(&self) -> bool {
-        self.reflectance.is_uniform()
+        self.reflectance.is_uniform() && matches!(self.coats, Coats::One(_))
     }
 
     fn is_specular(&self) -> bool {
@@ -191,6 +227,6 @@ impl Material for CoatedDiffuse {
     }
 
     fn chooses_directions(&self) -> bool {
-        self.facets.is_none()
+        matches!(self.coats, Coats::One(Layer { facets: None, .. }))
     }
 }

@@ -34,7 +34,7 @@ pub const PLUGIN: Plugin<dyn Material> =
     Plugin { name: "conductor", summary: "a metal, polished or rough, of measured complex refractive index", build };
 
 /// What decides how much is reflected.
-enum Optics {
+pub(crate) enum Optics {
     /// Real and imaginary part of the refractive index.
     Index { eta: SpectrumParameter, k: SpectrumParameter },
     /// The reflectance at normal incidence, of an index with real part 1.
@@ -47,52 +47,61 @@ struct Conductor {
 }
 
 fn build(p: &Params) -> Option<Box<dyn Material>> {
-    let optics = optics(p);
+    let optics = Optics::read(p, ["eta", "k"]);
     Some(Box::new(Conductor { optics, facets: Facets::read(p) }))
 }
 
-fn optics(p: &Params) -> Optics {
-    const ETA: (&str, &str) = ("metal-Cu-eta", "refractive index");
-    const K: (&str, &str) = ("metal-Cu-k", "absorption index");
-    let role = SpectrumRole::Unbounded;
-    let about = "reflectance at normal incidence, instead of `eta` and `k`";
-    let Some(reflectance) = p.optional_spectrum_parameter("reflectance", "none".into(), SpectrumRole::Reflectance, "", about)
-    else {
-        let eta = p.named_spectrum_parameter("eta", ETA.0, role, "", ETA.1);
-        let k = p.named_spectrum_parameter("k", K.0, role, "", K.1);
-        return Optics::Index { eta, k };
-    };
-    for (name, (default, about)) in [("eta", ETA), ("k", K)] {
-        if p.optional_spectrum_parameter(name, format!("\"{default}\""), role, "", about).is_some() {
-            p.report(
-                Diagnostic::error("conflicting-parameters", format!("`{name}` and `reflectance` exclude each other"))
-                    .at(p.span_of(name), "given here")
-                    .and(p.span_of("reflectance"), "and this describes the metal too")
-                    .help("give `eta` and `k`, or `reflectance`"),
-            );
+impl Optics {
+    /// Reads `reflectance`, or the two indices.
+    pub(crate) fn read(p: &Params, [eta, k]: [&'static str; 2]) -> Self {
+        const ETA: (&str, &str) = ("metal-Cu-eta", "refractive index");
+        const K: (&str, &str) = ("metal-Cu-k", "absorption index");
+        let role = SpectrumRole::Unbounded;
+        let about = "reflectance at normal incidence, instead of `eta` and `k`";
+        let Some(reflectance) = p.optional_spectrum_parameter("reflectance", "none".into(), SpectrumRole::Reflectance, "", about)
+        else {
+            let eta = p.named_spectrum_parameter(eta, ETA.0, role, "", ETA.1);
+            let k = p.named_spectrum_parameter(k, K.0, role, "", K.1);
+            return Optics::Index { eta, k };
+        };
+        for (name, (default, about)) in [(eta, ETA), (k, K)] {
+            if p.optional_spectrum_parameter(name, format!("\"{default}\""), role, "", about).is_some() {
+                p.report(
+                    Diagnostic::error("conflicting-parameters", format!("`{name}` and `reflectance` exclude each other"))
+                        .at(p.span_of(name), "given here")
+                        .and(p.span_of("reflectance"), "and this describes the metal too")
+                        .help(format!("give `{eta}` and `{k}`, or `reflectance`")),
+                );
+            }
         }
+        Optics::Reflectance(reflectance)
     }
-    Optics::Reflectance(reflectance)
-}
 
-impl Conductor {
     /// The share of the light that a facet reflects at `cos_i`.
-    fn fresnel(&self, at: &Shading, cos_i: f32) -> SampledSpectrum {
+    pub(crate) fn fresnel(&self, at: &Shading, cos_i: f32) -> SampledSpectrum {
         let cos_i = cos_i.clamp(0.0, 1.0);
-        match &self.optics {
-            Optics::Index { eta, k } => eta.sample(at).zip(k.sample(at), |eta, k| fresnel::conductor(cos_i, eta, k)),
-            Optics::Reflectance(r) => r.sample(at).map(|r| {
+        match self {
+            Self::Index { eta, k } => eta.sample(at).zip(k.sample(at), |eta, k| fresnel::conductor(cos_i, eta, k)),
+            Self::Reflectance(r) => r.sample(at).map(|r| {
                 // Just below 1, where k would be infinite (as in pbrt-v4).
                 let r = r.min(0.9999);
                 fresnel::conductor(cos_i, 1.0, 2.0 * (r / (1.0 - r)).sqrt())
             }),
         }
     }
+
+    /// Whether it is the same everywhere.
+    pub(crate) fn is_uniform(&self) -> bool {
+        match self {
+            Self::Index { eta, k } => eta.is_uniform() && k.is_uniform(),
+            Self::Reflectance(reflectance) => reflectance.is_uniform(),
+        }
+    }
 }
 
 /// Both directions seen from the side of `wo`, and the normal of the facets that mirror one into the other. `None` if no facet
 /// does.
-fn upwards(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3, Vec3)> {
+pub(crate) fn upwards(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3, Vec3)> {
     if !same_hemisphere(wo, wi) {
         return None;
     }
@@ -106,7 +115,7 @@ impl Material for Conductor {
         let (Some(facets), Some((wo, wi, m))) = (self.facets.at(at), upwards(wo, wi)) else {
             return SampledSpectrum::ZERO;
         };
-        self.fresnel(at, wo.dot(m)) * (facets.mirrored_density(wo, m) * facets.shadowing(wo, wi))
+        self.optics.fresnel(at, wo.dot(m)) * (facets.mirrored_density(wo, m) * facets.shadowing(wo, wi))
     }
 
     fn pdf(&self, at: &Shading, wo: Vec3, wi: Vec3) -> f32 {
@@ -121,7 +130,7 @@ impl Material for Conductor {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             return Some(BsdfSample {
                 wi,
-                weight: self.fresnel(at, wo.z.abs()),
+                weight: self.optics.fresnel(at, wo.z.abs()),
                 pdf: 1.0,
                 specular: true,
                 drops_wavelengths: false,
@@ -138,20 +147,16 @@ impl Material for Conductor {
             // The mirror image lies inside the metal: another facet is in the way.
             return None;
         }
-        let weight = self.fresnel(at, up.dot(m)) * facets.shadowing(up, wi);
+        let weight = self.optics.fresnel(at, up.dot(m)) * facets.shadowing(up, wi);
         Some(BsdfSample { wi: wi * side, weight, pdf: facets.mirrored_density(up, m), specular: false, drops_wavelengths: false })
     }
 
     fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
-        if self.facets.is_smooth() { self.fresnel(at, wo.z.abs()) } else { estimated_reflectance(self, at, wo) }
+        if self.facets.is_smooth() { self.optics.fresnel(at, wo.z.abs()) } else { estimated_reflectance(self, at, wo) }
     }
 
     fn is_uniform(&self) -> bool {
-        let is_uniform = match &self.optics {
-            Optics::Index { eta, k } => eta.is_uniform() && k.is_uniform(),
-            Optics::Reflectance(reflectance) => reflectance.is_uniform(),
-        };
-        is_uniform && self.facets.is_uniform()
+        self.optics.is_uniform() && self.facets.is_uniform()
     }
 
     fn is_specular(&self) -> bool {

@@ -5,6 +5,7 @@ use bhs_core::Plugin;
 use bhs_core::material::Material;
 
 pub mod coat;
+mod coatedconductor;
 mod coateddiffuse;
 mod conductor;
 mod dielectric;
@@ -17,9 +18,11 @@ mod mirror;
 mod mix;
 pub mod rough_interface;
 mod roughness;
+mod thindielectric;
 
 /// All materials.
 pub const ALL: &[Plugin<dyn Material>] = &[
+    coatedconductor::PLUGIN,
     coateddiffuse::PLUGIN,
     conductor::PLUGIN,
     dielectric::PLUGIN,
@@ -28,6 +31,7 @@ pub const ALL: &[Plugin<dyn Material>] = &[
     interface::PLUGIN,
     mirror::PLUGIN,
     mix::PLUGIN,
+    thindielectric::PLUGIN,
 ];
 
 #[cfg(test)]

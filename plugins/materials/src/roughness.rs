@@ -25,27 +25,14 @@ pub enum Facets {
 impl Facets {
     /// Reads `roughness`, `uroughness`, `vroughness` and `remaproughness`.
     pub fn read(p: &Params) -> Self {
-        const RANGE: std::ops::RangeInclusive<f64> = 0.0..=1.0;
-        let roughness = p.float_parameter("roughness", 0.0, RANGE, "", "0 (polished) to 1");
-        // Along the two tangents; the shading frame's tangents are arbitrary, so they cannot differ.
-        let [u, v] = ["uroughness", "vroughness"].map(|name| {
-            let along = p.optional_float_parameter(name, RANGE, "", "roughness along one tangent; both must be equal");
-            along.unwrap_or_else(|| roughness.clone())
-        });
-        if !same(&u, &v) {
-            let show = |r: &FloatParameter| match r {
-                FloatParameter::Constant(r) => format!("{r}"),
-                FloatParameter::Texture { .. } => "a texture".to_owned(),
-            };
-            p.report(
-                Diagnostic::error("unsupported", "roughness that depends on direction is not supported yet")
-                    .at(p.span_of("uroughness"), format!("{} along one tangent", show(&u)))
-                    .and(p.span_of("vroughness"), format!("{} along the other", show(&v)))
-                    .help("give one `roughness`"),
-            );
-        }
-        let remap = p.get("remaproughness", true, "", "whether alpha is the square root of the roughness, or the roughness");
-        match u {
+        let roughness = read_roughness(p, ["roughness", "uroughness", "vroughness"]);
+        let remap = read_remap(p);
+        Self::new(roughness, remap)
+    }
+
+    /// Of a roughness; `remap`: alpha is the root of it.
+    pub fn new(roughness: FloatParameter, remap: bool) -> Self {
+        match roughness {
             FloatParameter::Constant(roughness) => {
                 let alpha = alpha(roughness, remap);
                 if alpha >= SMOOTH { Self::Rough(Ggx { alpha }) } else { Self::Smooth }
@@ -73,6 +60,35 @@ impl Facets {
     pub fn is_smooth(&self) -> bool {
         matches!(self, Self::Smooth)
     }
+}
+
+/// Reads `remaproughness`.
+pub fn read_remap(p: &Params) -> bool {
+    p.get("remaproughness", true, "", "whether alpha is the square root of the roughness, or the roughness")
+}
+
+/// Reads a roughness from three parameters: of both tangents, and of each.
+pub fn read_roughness(p: &Params, [both, u_name, v_name]: [&'static str; 3]) -> FloatParameter {
+    const RANGE: std::ops::RangeInclusive<f64> = 0.0..=1.0;
+    let roughness = p.float_parameter(both, 0.0, RANGE, "", "0 (polished) to 1");
+    // Along the two tangents; the shading frame's tangents are arbitrary, so they cannot differ.
+    let [u, v] = [u_name, v_name].map(|name| {
+        let along = p.optional_float_parameter(name, RANGE, "", "roughness along one tangent; both must be equal");
+        along.unwrap_or_else(|| roughness.clone())
+    });
+    if !same(&u, &v) {
+        let show = |r: &FloatParameter| match r {
+            FloatParameter::Constant(r) => format!("{r}"),
+            FloatParameter::Texture { .. } => "a texture".to_owned(),
+        };
+        p.report(
+            Diagnostic::error("unsupported", "roughness that depends on direction is not supported yet")
+                .at(p.span_of(u_name), format!("{} along one tangent", show(&u)))
+                .and(p.span_of(v_name), format!("{} along the other", show(&v)))
+                .help(format!("give one `{both}`")),
+        );
+    }
+    u
 }
 
 fn alpha(roughness: f32, remap: bool) -> f32 {

@@ -27,6 +27,13 @@ fn samples_have_their_density() {
     materials.extend([
         ("dispersive glass".to_owned(), build("dielectric", &[&[named("eta", "glass-SF11")], &rough[..]].concat())),
         ("coated".to_owned(), coated(0.7, 0.2, 0.01)),
+        (
+            "coated metal".to_owned(),
+            build(
+                "coatedconductor",
+                &[float("interface.roughness", 0.3), float("conductor.roughness", 0.2), boolean("remaproughness", false)],
+            ),
+        ),
         ("paper".to_owned(), build("diffusetransmission", &[float("reflectance", 0.6), float("transmittance", 0.2)])),
         ("mix".to_owned(), build("mix", &[texts("materials", &["gold", "glass"]), float("amount", 0.4)])),
     ]);

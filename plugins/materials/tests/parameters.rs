@@ -76,7 +76,6 @@ fn dielectric_refuses_what_it_cannot_do() {
 fn coats_and_mixes_refuse_what_they_cannot_do() {
     expect("coateddiffuse", &[float("albedo", 0.5)], &["a coat that scatters light is not supported yet"]);
     expect("coateddiffuse", &[named("eta", "glass-BK7")], &["dispersion in a coat is not supported yet"]);
-    expect("coateddiffuse", &[texture("roughness", "ramp")], &["a texture of a coat's roughness"]);
     for eta in [0.0, 1e-30, 0.09, 10.1, 1e30] {
         expect("coateddiffuse", &[float("eta", eta)], &["`eta` is", "lies between 0.1 and 10"]);
     }

@@ -10,6 +10,7 @@ mod cylinder;
 mod disk;
 mod ellipsoid;
 mod file_kind;
+mod loopsubdiv;
 mod mesh;
 pub mod obj;
 mod obj_lines;
@@ -29,6 +30,7 @@ pub const ALL: &[Plugin<dyn Shape>] = &[
     bilinearmesh::PLUGIN,
     cylinder::PLUGIN,
     disk::PLUGIN,
+    loopsubdiv::PLUGIN,
     objmesh::PLUGIN,
     plymesh::PLUGIN,
     sphere::PLUGIN,

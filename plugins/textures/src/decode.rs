@@ -1,6 +1,6 @@
-//! Files of pictures to texels: PNG, JPEG, HDR (RGBE, XYZE) and OpenEXR, told apart by their first bytes.
+//! Files of pictures to texels: PNG, JPEG, HDR (RGBE, XYZE), OpenEXR, PFM, TGA, WebP and QOI, told apart by their first bytes.
 //!
-//! Grey pictures get three equal channels; what is transparent counts as opaque. Pictures with their own primaries become linear sRGB
+//! Grey pictures get three equal channels; how opaque texels are is kept apart (of OpenEXR not at all). Pictures with their own primaries become linear sRGB
 //! (OpenEXR, HDR), or a note says that they are taken for sRGB (PNG, JPEG). Memory goes to the picture itself and a few of its rows,
 //! and only after the file has been found large enough to hold what its header says.
 
@@ -10,6 +10,7 @@ pub mod exr;
 mod exr_layer;
 pub mod exr_parts;
 mod hdr;
+mod others;
 mod primaries;
 mod raster;
 
@@ -30,8 +31,12 @@ pub fn decode(bytes: &[u8]) -> Result<Image, String> {
         [0x89, b'P', b'N', b'G', ..] => raster::decode_png(bytes),
         [0xff, 0xd8, 0xff, ..] => raster::decode_jpeg(bytes),
         [b'#', b'?', ..] => hdr::decode(bytes),
+        [b'P', b'F' | b'f', b, ..] if b.is_ascii_whitespace() => others::decode_pfm(bytes),
+        [b'q', b'o', b'i', b'f', ..] => others::decode(bytes, image::ImageFormat::Qoi),
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => others::decode(bytes, image::ImageFormat::WebP),
         [] => Err("it is empty".into()),
-        _ => Err("it is no PNG, JPEG, HDR or EXR picture".into()),
+        _ if others::is_tga(bytes) => others::decode(bytes, image::ImageFormat::Tga),
+        _ => Err("it is no PNG, JPEG, HDR, EXR, PFM, TGA, WebP or QOI picture".into()),
     }
 }
 

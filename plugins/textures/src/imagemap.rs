@@ -12,6 +12,7 @@
 //! | `wrap` | string | "repeat" | | outside of the picture: it repeats, keeps its edge (`clamp`) or is `black` |
 //! | `filter` | string | "bilinear" | | between texels; or the nearest one: `point` |
 //! | `encoding` | string | "sRGB" | | of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent |
+//! | `channel` | string | "mean" | | of a texture of floats: the mean of the colours, or how opaque the picture is (`alpha`) where it says so |
 //! | `scale` | float | 1 | | factor |
 //! | `invert` | bool | false | | whether it is one minus the picture |
 //! | `mapping` | string | "uv" | | how a point is placed |
@@ -75,6 +76,8 @@ struct ImageMap {
     encoding: Encoding,
     wrap: Wrap,
     bilinear: bool,
+    /// Whether a float is how opaque the picture is, if that says so.
+    by_alpha: bool,
     scale: f32,
     invert: bool,
     mapping: UvMapping,
@@ -88,6 +91,8 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     let wrap = choice(p, "wrap", &["repeat", "clamp", "black"], "outside: the picture repeats, keeps its edge, or is black");
     let filter = choice(p, "filter", &["bilinear", "point"], "between texels: a mean, or the nearest one");
     let encoding = encoding(p);
+    let about = "of a texture of floats: the mean of the colours, or how opaque the picture is (`alpha`) where it says so";
+    let by_alpha = choice(p, "channel", &["mean", "alpha"], about) == "alpha";
     let scale = p.get_in("scale", 1.0, 0.0..=f64::from(f32::MAX), "", "factor") as f32;
     let invert = p.get("invert", false, "", "whether it is one minus the picture");
     let mapping = UvMapping::read(p);
@@ -121,6 +126,7 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
             _ => Wrap::Repeat,
         },
         bilinear: filter == "bilinear",
+        by_alpha,
         scale,
         invert,
         mapping,
@@ -164,17 +170,22 @@ fn encoding(p: &Params) -> Encoding {
 }
 
 impl ImageMap {
-    /// The light of the texel in a column and a row from the top, which may lie outside.
+    /// The number of the texel in a column and a row from the top, which may lie outside; `None`: there is nothing.
     #[inline]
-    fn texel(&self, x: i64, y: i64) -> Vec3 {
+    fn index(&self, x: i64, y: i64) -> Option<usize> {
         let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
         let (x, y) = match self.wrap {
             Wrap::Repeat => (x.rem_euclid(w), y.rem_euclid(h)),
             Wrap::Clamp => (x.clamp(0, w - 1), y.clamp(0, h - 1)),
-            Wrap::Black if x < 0 || x >= w || y < 0 || y >= h => return Vec3::ZERO,
+            Wrap::Black if x < 0 || x >= w || y < 0 || y >= h => return None,
             Wrap::Black => (x, y),
         };
-        let i = (y * w + x) as usize;
+        Some((y * w + x) as usize)
+    }
+
+    /// The light of the texel of a number.
+    #[inline]
+    fn texel(&self, i: usize) -> Vec3 {
         match &self.image.texels {
             Texels::Bytes(t) => Vec3::from_array(t[i].map(|c| self.byte[usize::from(c)])),
             Texels::Words(t) => Vec3::from_array(t[i].map(|c| self.encoding.decode(f32::from(c) / 65535.0))),
@@ -182,23 +193,30 @@ impl ImageMap {
         }
     }
 
-    /// Linear sRGB at a point.
-    fn rgb(&self, at: &Shading) -> Vec3 {
+    /// What `of` says of texels, at a point.
+    #[inline]
+    fn look_up(&self, at: &Shading, of: impl Fn(usize) -> Vec3) -> Vec3 {
         let st = self.mapping.place(at);
         let size = Vec2::new(self.image.width as f32, self.image.height as f32);
+        let texel = |x: i64, y: i64| self.index(x, y).map_or(Vec3::ZERO, &of);
         // Rows are counted from the top.
         let p = Vec2::new(st.x, 1.0 - st.y) * size;
-        let rgb = if self.bilinear {
+        let found = if self.bilinear {
             // A texel's value is that of its middle.
             let p = p - 0.5;
             let (corner, f) = (p.floor(), p - p.floor());
             let (x, y) = (corner.x as i64, corner.y as i64);
-            let row = |y| self.texel(x, y).lerp(self.texel(x + 1, y), f.x);
+            let row = |y| texel(x, y).lerp(texel(x + 1, y), f.x);
             row(y).lerp(row(y + 1), f.y)
         } else {
-            self.texel(p.x.floor() as i64, p.y.floor() as i64)
+            texel(p.x.floor() as i64, p.y.floor() as i64)
         } * self.scale;
-        (if self.invert { 1.0 - rgb } else { rgb }).clamp(Vec3::ZERO, Vec3::splat(LARGEST))
+        (if self.invert { 1.0 - found } else { found }).clamp(Vec3::ZERO, Vec3::splat(LARGEST))
+    }
+
+    /// Linear sRGB at a point.
+    fn rgb(&self, at: &Shading) -> Vec3 {
+        self.look_up(at, |i| self.texel(i))
     }
 }
 
@@ -220,6 +238,9 @@ impl Texture for ImageMap {
     }
 
     fn float(&self, at: &Shading) -> f32 {
-        self.rgb(at).element_sum() / 3.0
+        match &self.image.alpha {
+            Some(alpha) if self.by_alpha => self.look_up(at, |i| Vec3::splat(f32::from(alpha[i]) / 255.0)).x,
+            _ => self.rgb(at).element_sum() / 3.0,
+        }
     }
 }

@@ -57,9 +57,12 @@ pub(super) fn decode_png(bytes: &[u8]) -> Result<Image, String> {
         Ok(())
     };
     let is_grey = matches!(colour, ColorType::Grayscale | ColorType::GrayscaleAlpha);
+    let has_alpha = matches!(colour, ColorType::GrayscaleAlpha | ColorType::Rgba);
+    let mut alpha: Vec<u8> = if has_alpha { texels(size)? } else { Vec::new() };
     let texels = if depth == BitDepth::Sixteen {
         let mut words = texels::<[u16; 3]>(size)?;
         each_row(&mut |y, row| {
+            opacity(&mut alpha, y, row, (2 * samples, 2));
             for (texel, from) in words[y * size[0]..][..size[0]].iter_mut().zip(row.chunks_exact(2 * samples)) {
                 *texel = [0, 1, 2].map(|c| if is_grey { 0 } else { 2 * c }).map(|i| u16::from_be_bytes([from[i], from[i + 1]]));
             }
@@ -68,6 +71,7 @@ pub(super) fn decode_png(bytes: &[u8]) -> Result<Image, String> {
     } else {
         let mut out = texels::<[u8; 3]>(size)?;
         each_row(&mut |y, row| {
+            opacity(&mut alpha, y, row, (samples, 1));
             for (texel, from) in out[y * size[0]..][..size[0]].iter_mut().zip(row.chunks_exact(samples)) {
                 *texel = if is_grey { [from[0]; 3] } else { [from[0], from[1], from[2]] };
             }
@@ -75,12 +79,21 @@ pub(super) fn decode_png(bytes: &[u8]) -> Result<Image, String> {
         Texels::Bytes(out)
     };
     let info = reader.info();
-    let mut image = Image::new([info.width, info.height], texels);
+    let mut image = Image::new([info.width, info.height], texels).with_alpha(alpha);
     image.encoding_note = png_colours(info);
     if let Some(o) = info.exif_metadata.as_deref().and_then(Orientation::from_exif_chunk) {
         image = upright(image, o);
     }
     Ok(image)
+}
+
+/// Notes how opaque the texels of row `y` are, of so many bytes each with so many for the last channel; nothing without room for it.
+fn opacity(alpha: &mut [u8], y: usize, row: &[u8], (bytes, last): (usize, usize)) {
+    let width = row.len() / bytes;
+    let Some(to) = alpha.get_mut(y * width..(y + 1) * width) else { return };
+    for (to, from) in to.iter_mut().zip(row.chunks_exact(bytes)) {
+        *to = from[bytes - last];
+    }
 }
 
 /// What the chunks of a PNG say against sRGB; the first of those that have precedence (PNG, third edition, section 4.3).
@@ -175,9 +188,11 @@ fn upright(image: Image, orientation: Orientation) -> Image {
         Orientation::Rotate270FlipH => |x, y, w, h| (w - 1 - y, h - 1 - x),
     };
     let [width, height] = if orientation.to_exif() > 4 { [h, w] } else { [w, h] };
-    let texels = (0..width * height).map(|i| {
+    let source = |i: usize| {
         let (x, y) = place(i % width, i / width, w, h);
-        from[y * w + x]
-    });
-    Image { width: width as u32, height: height as u32, texels: Texels::Bytes(texels.collect()), ..image }
+        y * w + x
+    };
+    let texels = (0..width * height).map(|i| from[source(i)]);
+    let alpha = image.alpha.as_ref().map(|alpha| (0..width * height).map(|i| alpha[source(i)]).collect());
+    Image { width: width as u32, height: height as u32, texels: Texels::Bytes(texels.collect()), alpha, ..image }
 }
