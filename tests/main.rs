@@ -26,6 +26,7 @@ mod disk_faults;
 mod display;
 mod editor;
 mod extremes;
+mod farm;
 mod films;
 mod flat;
 mod format;

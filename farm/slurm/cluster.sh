@@ -2,6 +2,7 @@
 # listens on the loopback interface alone and ends with the script.
 #
 #     cluster_start FOLDER        starts slurmctld and the nodes bhs1 to bhs4, whose files lie in FOLDER
+#     cluster_signal_node S N     sends a signal to node N and all that it runs
 #     cluster_kill_node N         kills node N and all that it runs, as a power failure would
 #     cluster_revive_node N
 #     cluster_stop                ends every process that it has started
@@ -82,14 +83,20 @@ cluster_of_node() {
     done
 }
 
-cluster_kill_node() {
-    all="$(cluster_family "$(cat "$cluster/node$1")") $(cluster_of_node "$1")"
+# Sends a signal to node N and all that it runs.
+cluster_signal_node() {
+    all="$(cluster_family "$(cat "$cluster/node$2")") $(cluster_of_node "$2")"
     for id in $all; do
         # The step's daemon is the parent of what it runs.
         parent=$(ps -o ppid= -p "$id" 2>/dev/null | tr -d ' ')
         case $(ps -o comm= -p "${parent:-0}" 2>/dev/null) in slurmstepd*) all="$parent $all" ;; esac
     done
-    kill -KILL $all 2>/dev/null || true
+    # shellcheck disable=SC2086
+    kill "-$1" $all 2>/dev/null || true
+}
+
+cluster_kill_node() {
+    cluster_signal_node KILL "$1"
     wait "$(cat "$cluster/node$1")" 2>/dev/null || true
 }
 

@@ -7,9 +7,6 @@
 use crate::memory;
 use std::collections::{BTreeMap, TryReserveError};
 
-/// Terms of an expansion that a file may have: all bits of all doubles have room in fewer.
-const MOST_TERMS: usize = 64;
-
 /// Exact sums, by their number.
 #[derive(Clone, Debug, Default)]
 pub struct ExactSums {
@@ -126,20 +123,18 @@ impl ExactSums {
         [value, rest.value(0)]
     }
 
-    /// Adds them to `bytes`, exactly (little-endian): of each the number that [`ExactSums::value`] is, but 0 for the rare long ones; then how many
-    /// have more, and of each of these its number, how many more terms it has, and those.
+    /// Adds them to `bytes`, exactly (little-endian): of each the number that [`ExactSums::value`] is, but 0 for the rare long ones; of each how many
+    /// more terms it has, a byte; and these.
     pub fn write_to(&self, bytes: &mut Vec<u8>) {
         let is_long = |pair: &[f64; 2]| pair[1].is_nan();
         self.pairs.iter().for_each(|pair| bytes.extend_from_slice(&if is_long(pair) { 0.0 } else { pair[0] }.to_le_bytes()));
-        let more = || (0..self.pairs.len()).filter(|i| self.pairs[*i][1] != 0.0);
-        bytes.extend_from_slice(&(more().count() as u32).to_le_bytes());
-        for i in more() {
-            let pair = [self.pairs[i][1]];
-            let terms: &[f64] = if is_long(&self.pairs[i]) { self.long.get(&i).map_or(&[], |t| t) } else { &pair };
-            bytes.extend_from_slice(&(i as u32).to_le_bytes());
-            bytes.extend_from_slice(&(terms.len() as u32).to_le_bytes());
-            terms.iter().for_each(|term| bytes.extend_from_slice(&term.to_le_bytes()));
-        }
+        let more = |i: usize| match &self.pairs[i] {
+            [_, 0.0] => &[],
+            pair if is_long(pair) => self.long.get(&i).map_or(&[][..], |terms| terms),
+            pair => &pair[1..],
+        };
+        bytes.extend((0..self.pairs.len()).map(|i| more(i).len() as u8));
+        (0..self.pairs.len()).flat_map(more).for_each(|term| bytes.extend_from_slice(&term.to_le_bytes()));
     }
 
     /// As many sums as there are here, from the beginning of what [`ExactSums::write_to`] has written, which is cut off; `None` if it is not that.
@@ -148,14 +143,10 @@ impl ExactSums {
         for _ in 0..self.len() {
             sums.pairs.push([f64::from_le_bytes(take(bytes)?), 0.0]);
         }
-        let mut least = 0;
-        for _ in 0..u32::from_le_bytes(take(bytes)?) {
-            let (i, terms) = (u32::from_le_bytes(take(bytes)?) as usize, u32::from_le_bytes(take(bytes)?) as usize);
-            if i < least || i >= sums.len() || terms > MOST_TERMS {
-                return None;
-            }
-            least = i + 1;
-            for _ in 0..terms {
+        let (counts, rest) = bytes.split_at_checked(self.len())?;
+        *bytes = rest;
+        for (i, count) in counts.iter().enumerate() {
+            for _ in 0..*count {
                 let term = Some(f64::from_le_bytes(take(bytes)?)).filter(|t| t.is_finite())?;
                 sums.add(i, term);
             }
@@ -299,7 +290,7 @@ mod tests {
         for i in 0..40 {
             assert_eq!(sums.value_and_rest(i).map(f64::to_bits), again.value_and_rest(i).map(f64::to_bits), "{i}");
         }
-        for cut in [0, 7, 8 * 40, bytes.len() - 1] {
+        for cut in [0, 7, 8 * 40, 9 * 40, bytes.len() - 1] {
             assert!(sums.read_like(&mut &bytes[..cut]).is_none(), "{cut}");
         }
     }
