@@ -250,6 +250,9 @@ pub struct RenderArgs {
     /// How the picture is shown
     #[command(flatten)]
     pub look: LookArgs,
+    /// Take the noise out of the picture in the end; records the layers `albedo` and `normal` for it, and keeps the noisy picture as layer `noisy`
+    #[arg(long)]
+    pub denoise: bool,
     /// A preview: small and with few samples, as NAME.quick.exr unless -o names it
     #[arg(long)]
     pub quick: bool,
@@ -266,7 +269,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.json|-")]
     pub stats: Option<PathBuf>,
     /// Replay one sample of this pixel, counted from the upper left corner, print its path as JSON, and write no file
-    #[arg(long, value_name = "X,Y", value_parser = pixel, requires = "sample", conflicts_with_all = ["output", "stats", "false_color"])]
+    #[arg(long, value_name = "X,Y", value_parser = pixel, requires = "sample", conflicts_with_all = ["output", "stats", "false_color", "denoise"])]
     pub pixel: Option<[u32; 2]>,
     /// Which sample of the pixel to replay, counted from 0
     #[arg(long, value_name = "N", requires = "pixel")]

@@ -139,11 +139,24 @@ pub fn attributes(facts: &Facts, rendered: &Rendered) -> Vec<(String, Attribute)
     all.0
 }
 
+/// The attribute that says what has denoised a picture.
+pub const DENOISED: &str = "bhs:denoised";
+
 /// Why the render of a picture ended, as the header of its file says; `None` if it does not, or is not that of a picture.
 pub fn stopped(path: &std::path::Path) -> Option<String> {
+    text(path, "bhs:stopped")
+}
+
+/// Whether the header of a file says that its picture has been denoised.
+pub fn is_denoised(path: &std::path::Path) -> bool {
+    text(path, DENOISED).is_some()
+}
+
+/// The text of an attribute.
+fn text(path: &std::path::Path, name: &str) -> Option<String> {
     let meta = exr::meta::MetaData::read_from_file(path, false).ok()?;
     let all = meta.headers.first()?;
-    match all.own_attributes.other.get(&exr::meta::attribute::Text::from("bhs:stopped"))? {
+    match all.own_attributes.other.get(&exr::meta::attribute::Text::from(name))? {
         exr::meta::attribute::AttributeValue::Text(text) => Some(text.to_string()),
         _ => None,
     }

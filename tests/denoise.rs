@@ -206,3 +206,101 @@ fn stars_stay_points() {
     let [with, beside] = [at, at + 1].map(|pixel| channel(&denoised, "G")[pixel]);
     assert!((with - 5.02).abs() < 0.01 && (beside - 0.02).abs() < 0.01, "{with} {beside}");
 }
+
+/// A lit ball, a mirror and a hole, with noise.
+const NOISY_SCENE: &str = r#"
+Film "rgb" "integer xresolution" 40 "integer yresolution" 30 "string filename" "plain.exr"
+Sampler "sobol" "integer pixelsamples" 4
+LookAt 0 1 -4  0 0 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+BlackHole "schwarzschild" "point3 center" [1 1 0] "float rs" 0.1
+AttributeBegin
+    AreaLightSource "diffuse" "float L" 8
+    Translate -1 3 -1
+    Shape "sphere" "float radius" 0.4
+AttributeEnd
+Shape "bilinearmesh" "point3 P" [-4 -1 -4  4 -1 -4  -4 -1 4  4 -1 4]
+Shape "sphere" "float radius" 0.8
+Translate 1.5 0 0.5
+Material "mirror"
+Shape "sphere" "float radius" 0.6
+"#;
+
+#[test]
+fn a_render_without_the_library_ends_before_it_begins() {
+    // It would take for ever.
+    let folder = Folder::new(&NOISY_SCENE.replace("pixelsamples\" 4", "pixelsamples\" 100000000"));
+    let run = folder.shell("BHS_OIDN_DIR=$PWD/nothing $BHS render scene.bhs --denoise");
+    assert_eq!((run.code, folder.files()), (1, vec!["scene.bhs".to_owned()]), "{}", run.err);
+    assert!(run.err.contains("Open Image Denoise") && run.err.contains("BHS_OIDN_DIR"), "{}", run.err);
+    let run = folder.run(&["render", "scene.bhs", "--denoise", "--pixel", "1,1", "--sample", "0"]);
+    assert_eq!(run.code, 2, "{}", run.err);
+}
+
+#[test]
+fn a_denoised_render_keeps_the_picture_without_denoising() {
+    let Some(_) = library() else { return };
+    let folder = Folder::new(NOISY_SCENE);
+    let run = |args: &[&str]| {
+        let run = folder.run(args);
+        assert_eq!(run.code, 0, "{args:?}: {}", run.err);
+        run.err
+    };
+    let picture = |name: &str| Picture::read_exr(&folder.at(name)).unwrap_or_else(|e| panic!("{e:#}"));
+    run(&["render", "scene.bhs", "--quiet"]);
+    let said = run(&["render", "scene.bhs", "--denoise", "-o", "denoised.exr", "--stats", "stats.json"]);
+    assert!(said.contains("4 spp in"), "{said}");
+    let (plain, denoised) = (picture("plain.exr"), picture("denoised.exr"));
+    let bits = |picture: &Picture, name: &str| channel(picture, name).into_iter().map(f32::to_bits).collect::<Vec<_>>();
+    for (noisy, of) in NOISY.into_iter().zip(["R", "G", "B"]) {
+        assert_eq!(bits(&denoised, noisy), bits(&plain, of), "{noisy}");
+        assert_ne!(bits(&denoised, of), bits(&plain, of), "{of}");
+    }
+    assert_eq!(denoised.channels.len(), 12, "{:?}", denoised.channels);
+    assert_ne!(folder.read("plain.png"), folder.read("denoised.png"));
+    let stats: serde_json::Value = serde_json::from_slice(&folder.read("stats.json")).expect("JSON");
+    assert!(stats["seconds"]["denoise"].is_number(), "{stats}");
+    assert!(bhs::header::is_denoised(&folder.at("denoised.exr")) && !bhs::header::is_denoised(&folder.at("plain.exr")));
+
+    // Afterwards, from a file: the same.
+    run(&["render", "scene.bhs", "--quiet", "--aov", "albedo", "--aov", "normal", "-o", "layers.exr"]);
+    run(&["denoise", "layers.exr", "-o", "later.exr", "--quiet"]);
+    assert!(picture("later.exr").same_channels(&denoised));
+    // By another number of threads; resumed from a checkpoint; resumed when it is finished.
+    run(&["render", "scene.bhs", "--quiet", "--denoise", "--threads", "1", "-o", "one.exr"]);
+    run(&["render", "scene.bhs", "--quiet", "--denoise", "--spp", "2", "--checkpoint", "-o", "go.exr"]);
+    assert!(!picture("go.exr").same_channels(&denoised));
+    run(&["render", "scene.bhs", "--quiet", "--denoise", "--resume", "-o", "go.exr"]);
+    assert!(picture("one.exr").same_channels(&denoised) && picture("go.exr").same_channels(&denoised));
+    std::fs::remove_file(folder.at("go.png")).expect("it is there");
+    run(&["render", "scene.bhs", "--quiet", "--denoise", "--resume", "-o", "go.exr"]);
+    assert!(picture("go.exr").same_channels(&denoised) && folder.read("go.png") == folder.read("denoised.png"));
+}
+
+#[test]
+fn parts_cameras_frames_and_films_of_many_channels_are_denoised_too() {
+    let Some(_) = library() else { return };
+    let second = "Camera \"perspective\" \"string name\" \"left\" \"float fov\" 30\nWorldBegin";
+    let folder = Folder::new(&NOISY_SCENE.replace("WorldBegin", second));
+    let has_noisy = |name: &str| Picture::read_exr(&folder.at(name)).is_ok_and(|picture| picture.find(NOISY).is_some());
+    let run = |args: &[&str]| {
+        let run = folder.run(&[&["render", "scene.bhs", "--denoise"], args].concat());
+        assert_eq!(run.code, 0, "{args:?}: {}", run.err);
+    };
+    run(&["--quiet"]);
+    assert!(has_noisy("plain.exr") && has_noisy("plain.left.exr"), "{:?}", folder.files());
+    run(&["--quiet", "--crop", "0.5,0.51,0.5,0.52", "--camera", "left", "-o", "crop.exr", "--false-color", "--aov", "variance"]);
+    assert!(has_noisy("crop.exr") && folder.at("crop.albedo.png").exists(), "{:?}", folder.files());
+    run(&["--quiet", "--camera", "left", "--frames", "1-2", "--preview", "film.gif", "-o", "f.exr"]);
+    assert!(has_noisy("f.0001.exr") && has_noisy("f.0002.exr") && folder.at("film.gif").exists());
+    // A frame that is there with its noise is not what is asked for.
+    assert_eq!(folder.run(&["render", "scene.bhs", "--quiet", "--camera", "left", "--frames", "1", "-o", "f.exr"]).code, 0);
+    assert!(!has_noisy("f.0001.exr"));
+    run(&["--quiet", "--camera", "left", "--frames", "1-2", "--skip-existing", "-o", "f.exr"]);
+    assert!(has_noisy("f.0001.exr"));
+    folder.write("scene.bhs", NOISY_SCENE.replace("\"rgb\"", "\"spectral\" \"integer nbuckets\" 3"));
+    run(&["--quiet", "-o", "spectral.exr"]);
+    let picture = Picture::read_exr(&folder.at("spectral.exr")).expect("a picture");
+    assert_eq!(picture.channels.len(), 3 + 3 + 6 + 3, "{:?}", picture.channels);
+}

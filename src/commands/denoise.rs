@@ -4,6 +4,7 @@ use super::{Common, ExitStatus, show};
 use crate::cli::DenoiseArgs;
 use crate::denoise::{self, Denoiser};
 use crate::develop::{self, input::Input};
+use crate::header;
 use crate::image::ExrFile;
 use crate::memory;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
@@ -33,23 +34,24 @@ pub fn denoise(args: &DenoiseArgs, common: &Common) -> Result<ExitStatus> {
     [&png, &exr].into_iter().try_for_each(OutputFile::probe)?;
 
     let shown = || format!("cannot denoise `{}`", args.picture.display());
-    let ExrFile { picture, header } = ExrFile::read(&args.picture)?;
+    let ExrFile { picture, header: attributes } = ExrFile::read(&args.picture)?;
     denoise::check(&picture).with_context(shown)?;
     let denoiser = Denoiser::load(args.threads)?;
-    memory::require("the denoiser", denoise::bytes((picture.size[0] * picture.size[1]) as u64)).with_context(shown)?;
+    let needed = denoise::bytes((picture.size[0] * picture.size[1]) as u64, picture.channels.len());
+    memory::require("taking out its noise", needed).with_context(shown)?;
     let was_denoised = picture.find(denoise::NOISY).is_some();
     if was_denoised && !args.quiet {
         say!("`{}` has been denoised before: its layer `noisy` is denoised anew", args.picture.display());
     }
     let picture = denoiser.denoise(&picture).with_context(shown)?;
-    let header = header.with_text("bhs:denoised", &denoiser.name());
+    let attributes = attributes.with_text(header::DENOISED, &denoiser.name());
 
     let colors = picture.shown(&picture.find(denoise::COLORS).unwrap_or_default());
     let input = Input::read(&args.picture, common.open(&args.picture)?)?;
     let (look, texts) = (input.look(), input.texts());
     let mut set = OutputSet::new();
     set.add(png, |to| develop::write_png(to, &colors, &look, &texts));
-    set.add(exr, |to| picture.write_exr_like(to, &header));
+    set.add(exr, |to| picture.write_exr_like(to, &attributes));
     let kept = set.write(&Rescue::beside(&args.picture, common.root.as_ref()));
     if kept != Kept::InPlace {
         return Ok(ExitStatus::Fault);

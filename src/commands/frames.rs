@@ -9,6 +9,7 @@ use crate::animation::keys::Keys;
 use crate::animation::preview::{self, Format};
 use crate::animation::{FrameRange, Ranges, digits};
 use crate::cli::RenderArgs;
+use crate::denoise::Denoiser;
 use crate::diagnosis::{self, BlackFrames};
 use crate::display::Display;
 use crate::header;
@@ -36,6 +37,8 @@ pub(super) struct Film<'a> {
     pub overrides: Overrides,
     pub common: &'a Common,
     pub signals: &'a Signals,
+    /// Takes the noise out of pictures, if that is asked for.
+    pub denoiser: Option<&'a Denoiser>,
     /// What frames make of the files that they share.
     pub cache: Arc<FileCache>,
     /// Shows the pictures meanwhile.
@@ -186,7 +189,7 @@ impl Film<'_> {
             let naming = Naming::of(args).of_frame(frame);
             let names: Vec<PathBuf> = cameras.iter().map(|camera| naming.exr_of(built, *camera).0).collect();
             reels.iter_mut().zip(&names).for_each(|(reel, exr)| reel.frames.push(exr.with_extension("png")));
-            let pictures = if args.frames.skip_existing && names.iter().all(|exr| is_complete(exr, args.parts.is_given())) {
+            let pictures = if args.frames.skip_existing && names.iter().all(|exr| is_complete(exr, args)) {
                 there.push(frame);
                 Vec::new()
             } else {
@@ -248,6 +251,7 @@ impl Film<'_> {
             signals: self.signals,
             pool: &pool,
             rescue,
+            denoiser: self.denoiser,
             progress: &progress,
             is_film: true,
             display: self.display,
@@ -323,14 +327,14 @@ impl Film<'_> {
     }
 }
 
-/// Whether a picture is there with all samples that it was to have.
-fn is_complete(exr: &Path, is_part: bool) -> bool {
-    if is_part {
+/// Whether a picture is there with all samples that it was to have, and denoised if it is to be.
+fn is_complete(exr: &Path, args: &RenderArgs) -> bool {
+    if args.parts.is_given() {
         // Whole or not there.
         return exr.exists();
     }
     let is_done = || header::stopped(exr).is_none_or(|why| [Ended::Complete.name(), Ended::TimeOver.name()].contains(&&*why));
-    exr.exists() && exr.with_extension("png").exists() && is_done()
+    exr.exists() && exr.with_extension("png").exists() && is_done() && (!args.denoise || header::is_denoised(exr))
 }
 
 /// The command that makes a film of PNGs, the first of which is `first`.

@@ -1,6 +1,6 @@
 //! `bhs merge`: pictures of parts.
 
-use super::made::write_exr;
+use super::finished::write_exr;
 use super::outputs::with_infix;
 use super::{Common, ExitStatus, show};
 use crate::animation::digits;

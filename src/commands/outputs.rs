@@ -1,6 +1,6 @@
 //! The files of a picture: their names, and how they are written.
 
-use super::made::{Made, write_exr};
+use super::finished::Finished;
 use super::part;
 use super::render::{closing_words, stats_json};
 use crate::animation::digits;
@@ -266,23 +266,23 @@ impl Outputs {
     }
 
     /// Whether the pictures that stand there are these.
-    pub fn hold(&self, built: &BuiltScene, rendered: &Rendered) -> bool {
-        let Made { picture, layers, attributes } = Made::of(built, rendered);
-        let texts = Texts::of_attributes(&attributes);
+    pub fn hold(&self, built: &BuiltScene, finished: &Finished) -> bool {
+        let Finished { picture, layers, .. } = finished;
+        let texts = Texts::of_attributes(&finished.attributes(built));
         let is = |path: &Path, write: &dyn Fn(&mut Vec<u8>) -> Result<()>| {
             let mut bytes = Vec::new();
             write(&mut bytes).is_ok() && std::fs::read(path).is_ok_and(|there| there == bytes)
         };
-        let shown = self.shown.iter().zip(&layers).all(|(file, layer)| {
+        let shown = self.shown.iter().zip(layers).all(|(file, layer)| {
             let colors = FalseColor::new(layer);
             is(file.path(), &|to| develop::write_false_color(to, picture.size, &colors, &texts))
         });
-        let content = |to: &mut Vec<u8>| self.content(&picture, &layers)?.write(to, &built.look, &texts);
+        let content = |to: &mut Vec<u8>| self.content(picture, layers)?.write(to, &built.look, &texts);
         let png = || self.png.as_ref().is_none_or(|png| is(png.path(), &content));
         let stats = || self.stats.as_ref().is_none_or(|file| file.path().exists());
         shown && png() && stats() && {
-            let picture = picture.with_layers(&layers);
-            Picture::read_exr(self.exr.path()).is_ok_and(|there| there.same_channels(&picture))
+            let all = finished.all_channels();
+            Picture::read_exr(self.exr.path()).is_ok_and(|there| there.same_channels(&all))
         }
     }
 
@@ -296,13 +296,14 @@ impl Outputs {
     /// # Errors
     /// If they cannot be written.
     pub fn write_partial(&self, built: &BuiltScene, rendered: &Rendered) -> Result<()> {
-        let Made { picture, layers, attributes } = Made::of(built, rendered);
-        let (content, texts) = (self.content(&picture, &layers)?, Texts::of_attributes(&attributes));
+        let finished = Finished::of(rendered);
+        let attributes = finished.attributes(built);
+        let (content, texts) = (self.content(&finished.picture, &finished.layers)?, Texts::of_attributes(&attributes));
         let mut set = OutputSet::new();
         if let Some(png) = &self.png {
             set.add(self.as_far_as_mine(png), |to| content.write(to, &built.look, &texts));
         }
-        set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
+        set.add(self.as_far_as_mine(&self.exr), |to| finished.all_channels().write_exr(to, &attributes));
         set.write_in_place()?;
         self.is_written.store(true, Ordering::Relaxed);
         Ok(())
@@ -314,22 +315,23 @@ impl Outputs {
     }
 
     /// Writes all of them, together; elsewhere if they cannot be written to their places.
-    pub fn write(&self, built: &BuiltScene, rendered: &Rendered, phases: &mut Phases, quiet: bool, rescue: &Rescue) -> Kept {
+    pub fn write(&self, built: &BuiltScene, finished: &Finished, phases: &mut Phases, quiet: bool, rescue: &Rescue) -> Kept {
         let exr_path = self.exr.path().to_owned();
-        let Made { picture, layers, attributes } = Made::of(built, rendered);
+        let Finished { rendered, picture, layers, .. } = finished;
+        let attributes = finished.attributes(built);
         let (size, texts) = (picture.size, &Texts::of_attributes(&attributes));
         let mut set = OutputSet::new();
         if let Some(png) = &self.png {
-            set.add(self.as_far_as_mine(png), |to| self.content(&picture, &layers)?.write(to, &built.look, texts));
+            set.add(self.as_far_as_mine(png), |to| self.content(picture, layers)?.write(to, &built.look, texts));
         }
-        for (file, layer) in self.shown.iter().zip(&layers) {
+        for (file, layer) in self.shown.iter().zip(layers) {
             let colors = FalseColor::new(layer);
             if !quiet {
                 say!("{} shows {colors}", file.path().display());
             }
             set.add(file.clone(), move |to| develop::write_false_color(to, size, &colors, texts));
         }
-        set.add(self.as_far_as_mine(&self.exr), |to| write_exr(to, &picture, &layers, &attributes));
+        set.add(self.as_far_as_mine(&self.exr), |to| finished.all_channels().write_exr(to, &attributes));
         if let Some(stats) = &self.stats {
             let phases = &*phases;
             set.add(stats.clone(), move |to| {

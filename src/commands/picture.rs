@@ -1,5 +1,6 @@
 //! One picture of `bhs render`: from the first sample, or from a checkpoint, to its files.
 
+use super::finished::Finished;
 use super::outputs::Outputs;
 use super::part;
 use super::render::stats_json;
@@ -7,6 +8,7 @@ use super::replay::{self, PictureId};
 use super::{is_closed_pipe, print};
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
+use crate::denoise::Denoiser;
 use crate::diagnosis::{self, BlackFrames, Level};
 use crate::display::Display;
 use crate::lang::BuiltScene;
@@ -37,6 +39,8 @@ pub(super) struct Session<'s> {
     pub signals: &'s Signals,
     pub pool: &'s rayon::ThreadPool,
     pub rescue: Rescue,
+    /// Takes the noise out of pictures, if that is asked for.
+    pub denoiser: Option<&'s Denoiser>,
     /// How far all pictures of the scene have come together.
     pub progress: &'s Progress,
     /// Whether this is one of several frames.
@@ -97,10 +101,11 @@ impl Session<'_> {
                         return Ok((Ended::Complete, in_place));
                     }
                     // Whatever ended the program before may have come between the checkpoint and the pictures.
-                    let hold = outputs.hold(built, &rendered);
-                    let in_place = hold || outputs.write(built, &rendered, phases, args.quiet, rescue) == Kept::InPlace;
-                    let told = self.announce(built, (&outputs, &rendered), phases, in_place);
-                    return Ok((Ended::Complete, in_place && told));
+                    let (finished, is_denoised) = self.finish(&rendered, phases);
+                    let hold = outputs.hold(built, &finished);
+                    let in_place = hold || outputs.write(built, &finished, phases, args.quiet, rescue) == Kept::InPlace;
+                    let told = self.announce(built, (&outputs, &finished), phases, in_place);
+                    return Ok((Ended::Complete, in_place && is_denoised && told));
                 }
                 state
             }
@@ -166,10 +171,23 @@ impl Session<'_> {
             }
             return Ok((ended, saved.is_ok()));
         }
-        let kept = outputs.write(built, &rendered, phases, args.quiet, &self.rescue);
-        let told = self.announce(built, (outputs, &rendered), phases, kept == Kept::InPlace);
+        let (finished, is_denoised) = self.finish(&rendered, phases);
+        let kept = outputs.write(built, &finished, phases, args.quiet, &self.rescue);
+        let told = self.announce(built, (outputs, &finished), phases, kept == Kept::InPlace);
         self.explain(built, &rendered, outputs);
-        Ok((ended, saved.is_ok() && kept == Kept::InPlace && told))
+        Ok((ended, saved.is_ok() && kept == Kept::InPlace && is_denoised && told))
+    }
+
+    /// What has been rendered, denoised if that is asked for, and whether that has succeeded: if not, it is said, and the noisy picture is there.
+    fn finish<'r>(&self, rendered: &'r Rendered, phases: &mut Phases) -> (Finished<'r>, bool) {
+        let mut finished = Finished::of(rendered);
+        let Some(denoiser) = self.denoiser else { return (finished, true) };
+        let denoised = finished.denoise(denoiser);
+        phases.end("denoise");
+        if let Err(fault) = &denoised {
+            say!("error: the picture cannot be denoised: {fault}; it is written with its noise, and `bhs denoise` can try again");
+        }
+        (finished, denoised.is_ok())
     }
 
     /// What a viewer calls the picture: the name of its file, with the folder where there are several scenes.
@@ -180,9 +198,10 @@ impl Session<'_> {
     }
 
     /// Tells the viewer, and programs that listen, of a picture that has been written, as far as it was. Whether they could be told.
-    fn announce(&self, built: &BuiltScene, (outputs, rendered): (&Outputs, &Rendered), phases: &Phases, in_place: bool) -> bool {
+    fn announce(&self, built: &BuiltScene, (outputs, finished): (&Outputs, &Finished), phases: &Phases, in_place: bool) -> bool {
+        let rendered = finished.rendered;
         if let Some(display) = self.display {
-            display.end(&self.shown_as(outputs), rendered.frame.picture().with_layers(&rendered.frame.layers()));
+            display.end(&self.shown_as(outputs), finished.all_channels().into_owned());
         }
         let what = json!({
             "output": outputs.exr_path().to_string_lossy(),

@@ -6,6 +6,7 @@ use super::part;
 use super::picture::{Session, samples};
 use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show, start_threads};
 use crate::cli::RenderArgs;
+use crate::denoise::{self, Denoiser};
 use crate::develop;
 use crate::diagnosis::BlackFrames;
 use crate::display::Display;
@@ -72,6 +73,9 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     }
     let too_large = if args.parts.is_given() { TooLarge::Ignore } else { TooLarge::Refuse };
     let overrides = Overrides { too_large, ..overrides };
+    // Whether the noise can be taken out in the end is found out first.
+    let denoiser = if args.denoise { Some(Denoiser::load(args.threads)?) } else { None };
+    let denoiser = denoiser.as_ref();
     if let Some(range) = args.frames.range {
         return frames::render(&Film {
             args,
@@ -79,6 +83,7 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
             overrides,
             common,
             signals,
+            denoiser,
             cache: Arc::default(),
             display,
             black: BlackFrames::new(range.numbers().count()),
@@ -110,7 +115,7 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     let pictures = outputs.len() as u64;
     let progress = Progress::new([a_picture, pictures], ProgressForm::choose(args.show.progress, args.quiet), args.of_scenes);
     let session =
-        Session { args, signals, pool: &pool, rescue, progress: &progress, is_film: false, display, black_frames: None };
+        Session { args, signals, pool: &pool, rescue, denoiser, progress: &progress, is_film: false, display, black_frames: None };
     let mut status = ExitStatus::Done;
     for (number, outputs) in (0..).zip(outputs) {
         let camera = built.camera_name.as_deref().filter(|_| pictures > 1);
@@ -142,7 +147,10 @@ pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap,
     let windowed = part.map(|cover| Windowed::new(&*built.film, cover.window));
     let film: &dyn camera::Film = windowed.as_ref().map_or(&*built.film, |windowed| windowed);
     // Meshes and skies have their memory now.
-    if let Some(found) = memory::picture::check_shown(film, &built.layers, built.look.bloom) {
+    let channels = film.channels().len() + built.layers.iter().map(|l| l.format.channels.len()).sum::<usize>();
+    let [x0, x1, y0, y1] = film.crop().map(u64::from);
+    let besides = if args.denoise { denoise::bytes((x1 - x0) * (y1 - y0), channels) } else { 0 };
+    if let Some(found) = memory::picture::check_shown(film, &built.layers, built.look.bloom, besides) {
         show(&[found], sources, common.color);
         return Some(ExitStatus::Fault);
     }
@@ -162,7 +170,8 @@ pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap,
 /// The layers that are asked for, and the one that is shown.
 fn layers(args: &RenderArgs) -> Vec<String> {
     let shown = args.look.layer.iter().filter(|name| bhs_engine::layer::find(name, bhs_layers::ALL).is_ok());
-    args.aov.iter().chain(shown).cloned().collect()
+    let guides = denoise::LAYERS.iter().filter(|_| args.denoise).map(|name| (*name).to_owned());
+    args.aov.iter().chain(shown).cloned().chain(guides).collect()
 }
 
 pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {

@@ -64,11 +64,12 @@ fn quoted(names: &[String], between: &str) -> String {
     format!("`{}`", names.join(between))
 }
 
-/// Memory that denoising a picture of so many pixels takes, besides the picture itself (bytes).
-pub fn bytes(pixels: u64) -> u64 {
-    // Five images of three floats a pixel, and what the library uses: some 600 bytes a pixel, measured, and its weights.
+/// Memory that denoising a picture of so many pixels and channels takes, besides the picture itself (bytes).
+pub fn bytes(pixels: u64, channels: usize) -> u64 {
+    // Five images of three floats a pixel, the picture again as it is changed, and what the library uses: some 600 bytes a pixel, measured, and its
+    // weights.
     let library = pixels.saturating_mul(600).min(u64::from(MOST_MEGABYTES) << 20);
-    pixels.saturating_mul(5 * 12).saturating_add(library).saturating_add(64 << 20)
+    pixels.saturating_mul(5 * 12 + 3 * 4 * (channels as u64 + 6)).saturating_add(library).saturating_add(64 << 20)
 }
 
 /// Whether a picture has all that is needed to denoise it: the numbers of the channels of its colours, its albedo and its normals.

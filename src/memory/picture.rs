@@ -63,12 +63,13 @@ impl Need {
 
 /// An error if the picture of `film` with these layers needs more memory than there is now. `None`: it fits, or the system does not tell.
 pub fn check(film: &dyn Film, layers: &[NamedLayer]) -> Option<Diagnostic> {
-    check_shown(film, layers, film.bloom())
+    check_shown(film, layers, film.bloom(), 0)
 }
 
-/// The same, if the picture is shown with a glare of this radius (pixels).
-pub fn check_shown(film: &dyn Film, layers: &[NamedLayer], bloom: f64) -> Option<Diagnostic> {
-    let (need, available) = (Need::shown(film, layers, bloom), available()?);
+/// The same, if the picture is shown with a glare of this radius (pixels), with `besides` (bytes) for what is done with it before it is written.
+pub fn check_shown(film: &dyn Film, layers: &[NamedLayer], bloom: f64, besides: u64) -> Option<Diagnostic> {
+    let (mut need, available) = (Need::shown(film, layers, bloom), available()?);
+    need.writing = need.writing.saturating_add(besides);
     (need.total() > available.bytes).then(|| too_large(film, need, &available))
 }
 

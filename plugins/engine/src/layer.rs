@@ -5,7 +5,7 @@
 //! or an angle that is not known from its end.
 
 use crate::scene::Scene;
-use crate::transport::PathSample;
+use crate::transport::{Behind, PathSample};
 use bhs_core::Plugin;
 use bhs_core::camera::Film;
 use bhs_core::diagnostics::{Diagnostic, Spanned, did_you_mean};
@@ -98,6 +98,8 @@ pub struct VisibleSurface<'s> {
     pub camera_ratio: f64,
     /// What became of the ray.
     pub end: RayEnd,
+    /// What is seen behind specular surfaces, if the ray ends at one and the path went on.
+    behind: Option<Behind>,
     surface: OnceCell<Option<SurfaceGeometry>>,
     observer: OnceCell<Option<Observer>>,
 }
@@ -106,14 +108,21 @@ impl<'s> VisibleSurface<'s> {
     /// What the camera ray of a path that has been followed sees.
     #[inline]
     pub fn new(scene: &'s Scene, path: &PathSample, camera_ratio: f64) -> Self {
-        Self::of_ray(scene, path.ray, path.first, camera_ratio)
+        Self { behind: path.behind, ..Self::of_ray(scene, path.ray, path.first, camera_ratio) }
     }
 
     /// What is seen along `ray` (render space), which has come to `end`.
     #[inline]
     pub fn of_ray(scene: &'s Scene, ray: Ray, end: RayEnd, camera_ratio: f64) -> Self {
         let (surface, observer) = (OnceCell::new(), OnceCell::new());
-        Self { scene, ray, camera_ratio, end, surface, observer }
+        Self { scene, ray, camera_ratio, end, behind: None, surface, observer }
+    }
+
+    /// The surface that is seen in mirrors and through smooth glass, and the share of its light that they leave; `None` where the ray itself meets a
+    /// surface of another kind, and where nothing but the sky or a hole is seen in them.
+    pub fn behind(&self) -> Option<(Self, f32)> {
+        let Behind { ray, end, share } = self.behind?;
+        matches!(end.arrival, Arrival::Surface(_)).then(|| (Self::of_ray(self.scene, ray, end, self.camera_ratio), share))
     }
 
     /// Where the ray meets a surface, if it does.
@@ -169,6 +178,16 @@ pub fn find(name: &str, known: &[Plugin<dyn Layer>]) -> Result<Plugin<dyn Layer>
             None => format!("there is {all}"),
         }
     })
+}
+
+/// The parameter of layers that are of what is seen in mirrors and through smooth glass: whether they are to be of the first surface instead.
+pub fn read_first_surface(p: &Params) -> bool {
+    p.get(
+        "firstsurface",
+        false,
+        "",
+        "whether it is that of the first surface, and not of what is seen in mirrors and through smooth glass",
+    )
 }
 
 /// The layers that the directive of a film names, each once; parameters of theirs stand beside `layers`. All that is wrong is reported.

@@ -57,6 +57,10 @@ pub struct Footprints {
 /// sampling finds loses a strip of a tenth of it along one edge; where that was 1e-2, rooms lit so were 0.2 % too dark (docs/accuracy.md).
 const ROUGH_FOOTPRINT: f64 = 1e-3;
 
+/// Density of the reflected direction (1/sr) from which on a rough surface is nearly a mirror: most of what it reflects comes from within some
+/// two degrees.
+const NEARLY_SPECULAR: f32 = 200.0;
+
 impl Footprints {
     /// Footprints in a scene of the given diagonal (scene units), the middle of which is `distance` from a camera; `pixel_width` is
     /// [`bhs_core::camera::Camera::pixel_width`]. A camera within the scene sees it from half the diagonal.
@@ -131,6 +135,17 @@ impl Vertex<'_> {
     pub fn is_consistent(&self, wi: Vec3) -> bool {
         (self.wo.z * wi.z > 0.0) == (self.wn.dot(self.wo) * self.wn.dot(wi) > 0.0)
             && (!self.observer.moves() || self.observer.has_positive_energy(self.local(wi)))
+    }
+
+    /// Whether what is seen here is what arrives from one direction, or two: a mirror, smooth glass, or what is so nearly.
+    #[inline]
+    pub fn shows_others(&self) -> bool {
+        let material = self.material;
+        material.is_specular()
+            || !material.is_matt() && !material.chooses_directions() && {
+                let mirrored = Vec3::new(-self.wo.x, -self.wo.y, self.wo.z);
+                material.pdf(&self.shading, self.wo, mirrored) >= NEARLY_SPECULAR
+            }
     }
 
     /// The direction that the observer measures, of a direction in the shading frame.

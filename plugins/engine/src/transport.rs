@@ -18,13 +18,26 @@ pub struct PathSample<'a> {
     pub radiance: SampledSpectrum,
     /// What became of `ray`: written by the transport, for the picture's layers.
     pub first: RayEnd,
+    /// What is seen in mirrors and through smooth glass, where the ray meets such a surface: written by the transport, for the picture's layers.
+    pub behind: Option<Behind>,
+}
+
+/// The end of a path that has met nothing but specular surfaces, or nearly specular ones, before.
+#[derive(Clone, Copy, Debug)]
+pub struct Behind {
+    /// Its last ray.
+    pub ray: Ray,
+    /// What became of that: another surface, or what is not one.
+    pub end: RayEnd,
+    /// Share of the light from there that the surfaces before leave: a mean over wavelengths.
+    pub share: f32,
 }
 
 impl<'a> PathSample<'a> {
     /// A path that has not been followed.
     #[inline]
     pub fn new(ray: Ray, lambda: SampledWavelengths, stream: SampleStream<'a>) -> Self {
-        Self { ray, lambda, stream, radiance: SampledSpectrum::ZERO, first: RayEnd::NONE }
+        Self { ray, lambda, stream, radiance: SampledSpectrum::ZERO, first: RayEnd::NONE, behind: None }
     }
 }
 
@@ -33,8 +46,8 @@ pub const BATCH: usize = 64;
 
 /// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.
 pub trait LightTransport: Send + Sync {
-    /// Follows `path`: writes what it finds, the spectral radiance that arrives along its ray, to its `radiance`, and what became of the ray
-    /// itself to its `first`. What only the first of its wavelengths brings, after dispersion, is in the first place, and counts for the others
+    /// Follows `path`: writes what it finds, the spectral radiance that arrives along its ray, to its `radiance`, what became of the ray
+    /// itself to its `first`, and, if it goes on from a mirror or from glass, where it comes to to its `behind`. What only the first of its wavelengths brings, after dispersion, is in the first place, and counts for the others
     /// too.
     fn follow(&self, scene: &Scene, path: &mut PathSample, log: &mut PathLog);
 

@@ -1,6 +1,14 @@
 //! `albedo`: the material's reflectance at the surface (linear sRGB, as seen under D65), at the wavelengths that the surface sees: reflected and
 //! refracted light together.
 //!
+//! In mirrors and through smooth glass it is that of the surface that is seen there, times the share of its light that they leave: denoisers want
+//! to know what is seen. Each sample goes one way, reflected or refracted, and a pixel has their mean. Rough surfaces that are nearly mirrors
+//! count as such. Where nothing but the sky or a hole is seen in them, it is their own. The light transports `path` and `hemisphere` follow them.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `firstsurface` | bool | false | | whether it is that of the first surface, and not of what is seen in mirrors and through smooth glass |
+//!
 //! Reflectances become the film's colours in the same way for every ray, so that there is no noise of wavelengths in them.
 //!
 //! ```bhs
@@ -13,7 +21,7 @@ use bhs_core::Plugin;
 use bhs_core::camera::Film;
 use bhs_core::material::Material;
 use bhs_core::params::Params;
-use bhs_engine::layer::{Display, Layer, LayerFormat, Value, VisibleSurface};
+use bhs_engine::layer::{Display, Layer, LayerFormat, Value, VisibleSurface, read_first_surface};
 use bhs_engine::scene::Scene;
 use std::sync::Arc;
 
@@ -21,14 +29,18 @@ use std::sync::Arc;
 pub const PLUGIN: Plugin<dyn Layer> = Plugin { name: "albedo", summary: "reflectance of the surface, as seen under D65", build };
 
 /// The layer before it knows its scene: without values.
-struct Albedo;
+struct Albedo {
+    /// Whether mirrors and glass are not followed.
+    first_surface: bool,
+}
 
-fn build(_: &Params) -> Option<Box<dyn Layer>> {
-    Some(Box::new(Albedo))
+fn build(p: &Params) -> Option<Box<dyn Layer>> {
+    Some(Box::new(Albedo { first_surface: read_first_surface(p) }))
 }
 
 /// The layer in a scene.
 struct AlbedoOfScene {
+    first_surface: bool,
     colors: Colors,
     /// Of each uniform material of the scene once.
     tables: Vec<Table>,
@@ -37,7 +49,7 @@ struct AlbedoOfScene {
 }
 
 impl AlbedoOfScene {
-    fn new(scene: &Scene, film: &dyn Film) -> Self {
+    fn new(scene: &Scene, film: &dyn Film, first_surface: bool) -> Self {
         let mut uniform: Vec<&Arc<dyn Material>> = Vec::new();
         let table_of = scene.shapes.iter().map(|shape| {
             let material = Some(&shape.material).filter(|material| material.is_uniform())?;
@@ -49,32 +61,11 @@ impl AlbedoOfScene {
         });
         let table_of = table_of.collect();
         let tables = uniform.iter().map(|_| Table::default()).collect();
-        Self { colors: Colors::new(film), tables, table_of }
-    }
-}
-
-const FORMAT: LayerFormat = LayerFormat::new(&["Albedo.R", "Albedo.G", "Albedo.B"], "").shown(Display::Reflectance);
-
-impl Layer for Albedo {
-    fn format(&self) -> LayerFormat {
-        FORMAT
+        Self { first_surface, colors: Colors::new(film), tables, table_of }
     }
 
-    fn for_render(&self, scene: &Scene, film: &dyn Film) -> Option<Box<dyn Layer>> {
-        Some(Box::new(AlbedoOfScene::new(scene, film)))
-    }
-
-    fn value(&self, _: &VisibleSurface) -> Option<Value> {
-        None
-    }
-}
-
-impl Layer for AlbedoOfScene {
-    fn format(&self) -> LayerFormat {
-        FORMAT
-    }
-
-    fn value(&self, seen: &VisibleSurface) -> Option<Value> {
+    /// The reflectance of the surface that a ray meets itself.
+    fn own(&self, seen: &VisibleSurface) -> Option<Value> {
         let (hit, surface, observer) = (seen.hit()?, seen.surface()?, seen.observer()?);
         // Wavelengths at the surface over those that are seen.
         let shift = observer.ratio(hit.direction) / seen.camera_ratio;
@@ -91,5 +82,35 @@ impl Layer for AlbedoOfScene {
                 .map_or([0.0; 3], |vertex| self.colors.of(vertex.material, vertex.shading.uv, vertex.wo, shift)),
         };
         Some(value)
+    }
+}
+
+const FORMAT: LayerFormat = LayerFormat::new(&["Albedo.R", "Albedo.G", "Albedo.B"], "").shown(Display::Reflectance);
+
+impl Layer for Albedo {
+    fn format(&self) -> LayerFormat {
+        FORMAT
+    }
+
+    fn for_render(&self, scene: &Scene, film: &dyn Film) -> Option<Box<dyn Layer>> {
+        Some(Box::new(AlbedoOfScene::new(scene, film, self.first_surface)))
+    }
+
+    fn value(&self, _: &VisibleSurface) -> Option<Value> {
+        None
+    }
+}
+
+impl Layer for AlbedoOfScene {
+    fn format(&self) -> LayerFormat {
+        FORMAT
+    }
+
+    fn value(&self, seen: &VisibleSurface) -> Option<Value> {
+        let behind = if self.first_surface { None } else { seen.behind() };
+        match behind.and_then(|(behind, share)| Some((self.own(&behind)?, share))) {
+            Some((albedo, share)) => Some(albedo.map(|v| v * f64::from(share))),
+            None => self.own(seen),
+        }
     }
 }

@@ -1,4 +1,11 @@
-//! `normal`: the surface's outer unit normal, in world space, of the chart.
+//! `normal`: the surface's outer unit normal, in world space, of the chart; in mirrors and through smooth glass that of the surface that is seen
+//! there.
+//!
+//! It is followed there as `albedo` is.
+//!
+//! | parameter | type | default | unit | meaning |
+//! |---|---|---|---|---|
+//! | `firstsurface` | bool | false | | whether it is that of the first surface, and not of what is seen in mirrors and through smooth glass |
 //!
 //! ```bhs
 //! Film "rgb" "string layers" "normal"
@@ -7,16 +14,18 @@
 
 use bhs_core::Plugin;
 use bhs_core::params::Params;
-use bhs_engine::layer::{Display, Layer, LayerFormat, Statistic, Value, VisibleSurface};
+use bhs_engine::layer::{Display, Layer, LayerFormat, Statistic, Value, VisibleSurface, read_first_surface};
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Layer> =
     Plugin { name: "normal", summary: "the surface's outer unit normal, in world space, of the chart", build };
 
-struct Normal;
+struct Normal {
+    first_surface: bool,
+}
 
-fn build(_: &Params) -> Option<Box<dyn Layer>> {
-    Some(Box::new(Normal))
+fn build(p: &Params) -> Option<Box<dyn Layer>> {
+    Some(Box::new(Normal { first_surface: read_first_surface(p) }))
 }
 
 impl Layer for Normal {
@@ -26,6 +35,9 @@ impl Layer for Normal {
     }
 
     fn value(&self, seen: &VisibleSurface) -> Option<Value> {
-        seen.surface().map(|surface| surface.normal.to_array())
+        let first = seen.surface()?;
+        let behind = if self.first_surface { None } else { seen.behind() };
+        let behind = behind.as_ref().and_then(|(behind, _)| behind.surface());
+        Some(behind.unwrap_or(first).normal.to_array())
     }
 }

@@ -21,7 +21,7 @@ use bhs_core::spectrum::SampledSpectrum;
 use bhs_engine::path_log::PathEvent;
 use bhs_engine::scene::{Scene, Travelled};
 use bhs_engine::stats::PathLog;
-use bhs_engine::transport::{LightTransport, PathSample};
+use bhs_engine::transport::{Behind, LightTransport, PathSample};
 use std::f32::consts::TAU;
 
 /// Density of a direction over a hemisphere (1/sr).
@@ -49,11 +49,15 @@ impl LightTransport for Hemisphere {
         // Those that the path still has.
         let mut lambda = path.lambda;
         let mut travelled = Travelled::default();
+        path.behind = None;
+        let mut shows_others = true;
         for depth in 0..=self.max_depth {
             let end = scene.integrator.trace(&scene.world, &ray);
             log.counters.add_ray(&end);
             if depth == 0 {
                 path.first = end;
+            } else if shows_others {
+                path.behind = Some(Behind { ray, end, share: throughput.mean() });
             }
             log.note(|| PathEvent::Traced { ray, end, throughput, lambda_nm: lambda.lambda_nm });
             let hit = match end.arrival {
@@ -112,6 +116,7 @@ impl LightTransport for Hemisphere {
                 lambda = lambda.shifted(shift);
                 throughput *= scene.radiance_factor(shift);
             }
+            shows_others &= vertex.shows_others();
             let footprint = if specular { ray.footprint } else { scene.footprints.rough };
             ray = vertex.spawn(&scene.world, wi, footprint);
         }

@@ -4,6 +4,7 @@ mod guide;
 mod hemisphere;
 mod normals;
 mod path;
+mod path_state;
 mod shadow_rays;
 mod warp;
 
@@ -15,5 +16,5 @@ pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, normals::PL
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["guide", "shadow_rays", "warp"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["guide", "path_state", "shadow_rays", "warp"]);
 }

@@ -16,6 +16,10 @@
 //! was learned, for those that follow have numbers of their own. Weights then say little about what a path is worth, for they
 //! are small where much light is expected; roulette ends paths by what surfaces reflect.
 //!
+//! `clampindirect` limits what one path may bring of light that two or more rough surfaces have scattered, as renderers for films do: less noise, and
+//! a picture that is too dark where such light is rare and strong (caustics). What is seen in mirrors and through glass, and light straight from a
+//! lamp, is never clamped.
+//!
 //! Paths are followed together, bounce by bounce: all their rays, then all shadow rays; for integrators that follow several at once.
 //!
 //! | parameter | type | default | unit | meaning |
@@ -24,30 +28,27 @@
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
 //! | `lightsampling` | bool | true | | whether lights are sampled too (next-event estimation), or directions by the material alone |
 //! | `guiding` | bool | false | | whether directions follow what was learned of the light |
+//! | `clampindirect` | float | 0 | W m^-2 sr^-1 nm^-1 | most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased) |
 //!
 //! ```bhs
 //! LightTransport "path" "integer maxdepth" 8
 //! WorldBegin
 //! ```
 
-use crate::guide::{Guide, GuidedHemisphere, TrainingRecord};
+use crate::guide::{Guide, GuidedHemisphere};
+use crate::path_state::{Chosen, State, clamped};
 use crate::shadow_rays::{BatchConnections, LightSampleAt, PendingShadowRays};
 use arrayvec::ArrayVec;
 use bhs_core::Plugin;
-use bhs_core::material::BsdfSample;
 use bhs_core::params::Params;
 use bhs_core::ray::{Arrival, Ray, RayEnd};
-use bhs_core::sampling::balance_heuristic;
-use bhs_core::spacetime::{self, Side};
-use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
+use bhs_core::spectrum::SampledSpectrum;
 use bhs_engine::connections::Connections;
 use bhs_engine::light_sampling::LightSample;
 use bhs_engine::path_log::PathEvent;
-use bhs_engine::scene::{Scene, Travelled, Vertex};
+use bhs_engine::scene::{Scene, Vertex};
 use bhs_engine::stats::PathLog;
-use bhs_engine::transport::{BATCH, LightTransport, PathSample};
-use glam::{DVec3, Vec2};
-use std::f32::consts::FRAC_1_PI;
+use bhs_engine::transport::{BATCH, Behind, LightTransport, PathSample};
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn LightTransport> =
@@ -58,6 +59,8 @@ struct Path {
     roulette_depth: u32,
     light_sampling: bool,
     guiding: bool,
+    /// Most that one contribution of indirect light may be, in the mean over its wavelengths.
+    most_indirect: f32,
     /// What a render with guiding has learned; `None` outside of one.
     guide: Option<Guide>,
 }
@@ -73,91 +76,15 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         "whether lights are sampled too (next-event estimation), or directions by the material alone",
     );
     let guiding = p.get("guiding", false, "", "whether directions follow what was learned of the light");
-    Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding, guide: None }))
-}
-
-/// First bounces of each path that a guide learns from.
-const MOST_RECORDS: usize = 3;
-
-/// How the ray under way was chosen: what a light that it finds is weighted against.
-struct Chosen {
-    /// Where it left: the point of the surface itself.
-    from: spacetime::Place,
-    /// Density of its direction per local solid angle.
-    pdf: f32,
-    /// Local over chart solid angle where it left.
-    solid_angle_factor: f64,
-}
-
-impl Chosen {
-    /// The weight of this technique for the emission that `ray` has found at `vertex` after sweeping `swept`.
-    fn weight(&self, scene: &Scene, connections: &dyn Connections, ray: &Ray, vertex: &Vertex, swept: f64) -> f32 {
-        let to = scene.world.place_of(&vertex.hit);
-        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, to, swept) else { return 1.0 };
-        let per_area = spread / vertex.hit.direction.dot(vertex.normal).abs();
-        balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
-    }
-
-    /// The light of the sky that the ray of `state` has found in the direction `sky.0` on the side `sky.1` after sweeping `swept`, weighted likewise.
-    fn sky(
-        &self,
-        scene: &Scene,
-        connections: &dyn Connections,
-        state: &State,
-        sky: (DVec3, Side),
-        swept: f64,
-    ) -> SampledSpectrum {
-        scene.light_sampler.sky_weighted(sky, &state.lambda, |pdf| {
-            match connections.spread_sky(&scene.world, self.from, state.ray.direction, sky, swept) {
-                Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
-                None => 1.0,
-            }
-        })
-    }
-}
-
-/// A path under way.
-struct State {
-    /// Where it goes next.
-    ray: Ray,
-    /// Weight of what it finds there.
-    throughput: SampledSpectrum,
-    /// The wavelengths that it still has.
-    lambda: SampledWavelengths,
-    /// `None` after the camera and after specular bounces: only BSDF sampling finds light there.
-    chosen: Option<Chosen>,
-    /// How much less it weighs because its directions were more likely than the materials would have made them.
-    guided: f32,
-    /// What its light has come along: see [`Scene::date`].
-    travelled: Travelled,
-    /// What a guide learns from it.
-    records: ArrayVec<TrainingRecord, MOST_RECORDS>,
-}
-
-impl State {
-    fn new(path: &PathSample) -> Self {
-        let throughput = SampledSpectrum::ONE;
-        let (ray, lambda, records) = (path.ray, path.lambda, ArrayVec::new());
-        Self { ray, throughput, lambda, chosen: None, guided: 1.0, travelled: Travelled::default(), records }
-    }
-
-    /// A direction of a matt surface by what was learned at `place`.
-    fn guide(&mut self, place: &GuidedHemisphere, trains: bool, vertex: &Vertex, u: Vec2) -> Option<BsdfSample> {
-        let drawn = place.sample(u);
-        let wi = drawn.wi;
-        let pdf = drawn.density * wi.z.abs() * FRAC_1_PI;
-        // At grazing angles one of the two cosines can be zero.
-        if pdf <= 0.0 || wi.z * vertex.wo.z <= 0.0 {
-            return None;
-        }
-        let weight = vertex.material.evaluate(&vertex.shading, vertex.wo, wi) / pdf;
-        self.guided *= drawn.density.max(1.0);
-        if trains {
-            // Where there is no room, enough is learned from this path.
-            let _ = self.records.try_push(place.record(&drawn, (self.throughput * weight).mean()));
-        }
-        Some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false })
-    }
+    let most_indirect = p.get_in(
+        "clampindirect",
+        0.0,
+        0.0..=f64::from(f32::MAX),
+        "W m^-2 sr^-1 nm^-1",
+        "most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased)",
+    ) as f32;
+    let most_indirect = if most_indirect > 0.0 { most_indirect } else { f32::INFINITY };
+    Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding, most_indirect, guide: None }))
 }
 
 impl LightTransport for Path {
@@ -208,10 +135,11 @@ impl Path {
         let guide = self.guide.as_ref();
         let samples_lights = self.light_sampling && scene.light_sampler.can_sample();
         let connections = scene.integrator.connections().filter(|_| samples_lights);
-        let mut states: ArrayVec<State, BATCH> = paths.iter().map(State::new).collect();
+        let mut states: ArrayVec<State, BATCH> = paths.iter().map(|path| State::new(path, self.most_indirect)).collect();
         let (mut found, mut pending) = (BatchConnections::default(), PendingShadowRays::default());
         for path in &mut *paths {
             path.radiance = SampledSpectrum::ZERO;
+            path.behind = None;
         }
         let mut ends = [RayEnd::NONE; BATCH];
         // The paths that go on.
@@ -223,10 +151,12 @@ impl Path {
             let mut met: ArrayVec<Met, BATCH> = ArrayVec::new();
             for (i, end) in underway.iter().zip(&ends) {
                 log.counters.add_ray(end);
+                let State { ray, throughput, lambda, scattered, .. } = &states[*i];
                 if depth == 0 {
                     paths[*i].first = *end;
+                } else if *scattered == 0 {
+                    paths[*i].behind = Some(Behind { ray: *ray, end: *end, share: throughput.mean() });
                 }
-                let State { ray, throughput, lambda, .. } = &states[*i];
                 log.note(|| PathEvent::Traced { ray: *ray, end: *end, throughput: *throughput, lambda_nm: lambda.lambda_nm });
                 let at = Bounce { scene, connections, path: &mut paths[*i], state: &mut states[*i] };
                 if let Some(vertex) = at.arrive(end, depth == 0, log)
@@ -280,8 +210,10 @@ impl Path {
         let samples: ArrayVec<LightSampleAt<'_>, BATCH> = drawn
             .iter()
             .map(|(Met { index, vertex, place }, light)| {
-                let State { throughput, lambda, .. } = &states[*index];
-                LightSampleAt { scene, vertex, light, lambda, throughput: *throughput, path: *index, place: place.as_ref() }
+                let state = &states[*index];
+                // From here to the light it is scattered once more.
+                let (lambda, throughput, most) = (&state.lambda, state.throughput, state.most(state.scattered + 1));
+                LightSampleAt { scene, vertex, light, lambda, throughput, most, path: *index, place: place.as_ref() }
             })
             .collect();
         // What a path has found so far, as it would have to leave its vertex, and a random number.
@@ -325,7 +257,7 @@ impl<'s> Bounce<'_, '_, 's> {
                     (Some(c), Some(chosen)) => chosen.sky(scene, c, state, (direction, side), end.swept),
                     _ => scene.sky((direction, side), &state.lambda, of_camera),
                 };
-                let found = state.throughput * sky;
+                let found = clamped(state.throughput * sky, state.most(state.scattered));
                 log.note(|| PathEvent::Found(found));
                 path.radiance += found;
                 return None;
@@ -342,7 +274,7 @@ impl<'s> Bounce<'_, '_, 's> {
                 (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.swept),
                 _ => 1.0,
             };
-            let found = state.throughput * vertex.emitted() * weight;
+            let found = clamped(state.throughput * vertex.emitted() * weight, state.most(state.scattered));
             log.note(|| PathEvent::Found(found));
             path.radiance += found;
         }
@@ -375,6 +307,9 @@ impl<'s> Bounce<'_, '_, 's> {
         if let Some(shift) = vertex.shift(direction) {
             state.lambda = state.lambda.shifted(shift);
             state.throughput *= scene.radiance_factor(shift);
+        }
+        if state.scattered > 0 || !vertex.shows_others() {
+            state.scattered += 1;
         }
         let footprint = if sample.specular { state.ray.footprint } else { scene.footprints.rough };
         state.ray = vertex.spawn(&scene.world, sample.wi, footprint);

@@ -2,6 +2,7 @@
 //! afterwards, together.
 
 use crate::guide::GuidedHemisphere;
+use crate::path_state::clamped;
 use arrayvec::ArrayVec;
 use bhs_core::ray::Ray;
 use bhs_core::spacetime::{self, Side};
@@ -251,6 +252,8 @@ pub struct LightSampleAt<'a> {
     pub lambda: &'a SampledWavelengths,
     /// Weight of what it finds there.
     pub throughput: SampledSpectrum,
+    /// Most that it may find, in the mean over its wavelengths.
+    pub most: f32,
     /// Number of the path in its batch.
     pub path: usize,
     /// What draws the path's next direction, if not the material.
@@ -326,7 +329,8 @@ impl LightSampleAt<'_> {
         let Self { scene, vertex, .. } = self;
         let start = vertex.leave(&scene.world, connection.launch, scene.footprints.rough);
         let light = self.light.source.number(scene.light_sampler.emitters.len());
-        let contribution = Contribution { path: self.path, radiance: self.throughput * carried, light };
+        let radiance = clamped(self.throughput * carried, self.most);
+        let contribution = Contribution { path: self.path, radiance, light };
         if matches!(self.light.source, LightSource::Sky { .. }) {
             pending.to_sky.push((start, self.light.side));
             pending.from_sky.push(contribution);

@@ -1,0 +1,125 @@
+//! A path under way: what `path` knows of it between one bounce and the next.
+
+use crate::guide::{GuidedHemisphere, TrainingRecord};
+use arrayvec::ArrayVec;
+use bhs_core::material::BsdfSample;
+use bhs_core::ray::Ray;
+use bhs_core::sampling::balance_heuristic;
+use bhs_core::spacetime::{self, Side};
+use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
+use bhs_engine::connections::Connections;
+use bhs_engine::scene::{Scene, Travelled, Vertex};
+use bhs_engine::transport::PathSample;
+use glam::{DVec3, Vec2};
+use std::f32::consts::FRAC_1_PI;
+
+/// First bounces of each path that a guide learns from.
+const MOST_RECORDS: usize = 3;
+
+/// How the ray under way was chosen: what a light that it finds is weighted against.
+pub struct Chosen {
+    /// Where it left: the point of the surface itself.
+    pub from: spacetime::Place,
+    /// Density of its direction per local solid angle.
+    pub pdf: f32,
+    /// Local over chart solid angle where it left.
+    pub solid_angle_factor: f64,
+}
+
+impl Chosen {
+    /// The weight of this technique for the emission that `ray` has found at `vertex` after sweeping `swept`.
+    pub fn weight(&self, scene: &Scene, connections: &dyn Connections, ray: &Ray, vertex: &Vertex, swept: f64) -> f32 {
+        let to = scene.world.place_of(&vertex.hit);
+        let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, to, swept) else { return 1.0 };
+        let per_area = spread / vertex.hit.direction.dot(vertex.normal).abs();
+        balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
+    }
+
+    /// The light of the sky that the ray of `state` has found in the direction `sky.0` on the side `sky.1` after sweeping `swept`, weighted likewise.
+    pub fn sky(
+        &self,
+        scene: &Scene,
+        connections: &dyn Connections,
+        state: &State,
+        sky: (DVec3, Side),
+        swept: f64,
+    ) -> SampledSpectrum {
+        scene.light_sampler.sky_weighted(sky, &state.lambda, |pdf| {
+            match connections.spread_sky(&scene.world, self.from, state.ray.direction, sky, swept) {
+                Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
+                None => 1.0,
+            }
+        })
+    }
+}
+
+/// A path under way.
+pub struct State {
+    /// Where it goes next.
+    pub ray: Ray,
+    /// Weight of what it finds there.
+    pub throughput: SampledSpectrum,
+    /// The wavelengths that it still has.
+    pub lambda: SampledWavelengths,
+    /// `None` after the camera and after specular bounces: only BSDF sampling finds light there.
+    pub chosen: Option<Chosen>,
+    /// How much less it weighs because its directions were more likely than the materials would have made them.
+    pub guided: f32,
+    /// Most that one contribution of indirect light may be, in the mean over its wavelengths.
+    most_indirect: f32,
+    /// How often it was scattered, from the first surface on that shows no others.
+    pub scattered: u32,
+    /// What its light has come along: see [`Scene::date`].
+    pub travelled: Travelled,
+    /// What a guide learns from it.
+    pub records: ArrayVec<TrainingRecord, MOST_RECORDS>,
+}
+
+impl State {
+    /// A path that begins; of indirect light it takes no more than `most_indirect` at a time.
+    pub fn new(path: &PathSample, most_indirect: f32) -> Self {
+        let throughput = SampledSpectrum::ONE;
+        let (ray, lambda, records) = (path.ray, path.lambda, ArrayVec::new());
+        Self {
+            ray,
+            throughput,
+            lambda,
+            chosen: None,
+            guided: 1.0,
+            most_indirect,
+            scattered: 0,
+            travelled: Travelled::default(),
+            records,
+        }
+    }
+
+    /// A direction of a matt surface by what was learned at `place`.
+    pub fn guide(&mut self, place: &GuidedHemisphere, trains: bool, vertex: &Vertex, u: Vec2) -> Option<BsdfSample> {
+        let drawn = place.sample(u);
+        let wi = drawn.wi;
+        let pdf = drawn.density * wi.z.abs() * FRAC_1_PI;
+        // At grazing angles one of the two cosines can be zero.
+        if pdf <= 0.0 || wi.z * vertex.wo.z <= 0.0 {
+            return None;
+        }
+        let weight = vertex.material.evaluate(&vertex.shading, vertex.wo, wi) / pdf;
+        self.guided *= drawn.density.max(1.0);
+        if trains {
+            // Where there is no room, enough is learned from this path.
+            let _ = self.records.try_push(place.record(&drawn, (self.throughput * weight).mean()));
+        }
+        Some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false })
+    }
+
+    /// Most that light may be, in the mean over its wavelengths, which is found after it was scattered by so many surfaces that show no others.
+    pub fn most(&self, scattered: u32) -> f32 {
+        if scattered > 1 { self.most_indirect } else { f32::INFINITY }
+    }
+}
+
+/// `light`, or as much of it that its mean over the wavelengths is `most`.
+#[inline]
+pub fn clamped(light: SampledSpectrum, most: f32) -> SampledSpectrum {
+    let mean = light.mean();
+    if mean > most { light * (most / mean) } else { light }
+}

@@ -1,0 +1,84 @@
+//! A picture as it is written: what has been rendered, denoised if that is asked for.
+
+use crate::denoise::{Denoiser, Fault, STARS};
+use crate::header::{self, Facts};
+use crate::image::{Attribute, Picture};
+use crate::lang::BuiltScene;
+use crate::layers::LayerPicture;
+use crate::output::Writer;
+use crate::render::Rendered;
+use anyhow::Result;
+use std::borrow::Cow;
+
+/// What has been rendered, as it is written.
+pub(super) struct Finished<'r> {
+    /// Where it comes from.
+    pub rendered: &'r Rendered,
+    /// The channels of the film.
+    pub picture: Picture,
+    /// Its layers as files have them.
+    pub layers: Vec<LayerPicture>,
+    /// What has denoised it, and all channels that it then has.
+    denoised: Option<(String, Picture)>,
+}
+
+impl<'r> Finished<'r> {
+    /// As it was rendered.
+    pub fn of(rendered: &'r Rendered) -> Self {
+        let layers = rendered.frame.layers().into_iter().map(LayerPicture::as_in_files).collect();
+        Self { rendered, picture: rendered.frame.picture(), layers, denoised: None }
+    }
+
+    /// The same without its noise.
+    ///
+    /// # Errors
+    /// Why it cannot be denoised; it is as it was then.
+    pub fn denoise(&mut self, denoiser: &Denoiser) -> Result<(), Fault> {
+        let all = denoiser.denoise(&self.with_stars(self.all_channels().into_owned()))?;
+        let channels = self.picture.channels.len();
+        for (own, pixel) in self.picture.data.chunks_exact_mut(channels).zip(all.pixels()) {
+            own.copy_from_slice(&pixel[..channels]);
+        }
+        self.denoised = Some((denoiser.name(), all));
+        Ok(())
+    }
+
+    /// `picture` with what stars add to its colours as channels of their own, if it shows any.
+    fn with_stars(&self, picture: Picture) -> Picture {
+        let Some(points) = self.rendered.frame.points() else { return picture };
+        let ([left, top], [width, _]) = (picture.frame.offset, picture.size);
+        let mut pixels = (0..).map(|i| [(left + i % width) as u32, (top + i / width) as u32]);
+        picture.with_channels(&STARS, |_, into| {
+            let light = pixels.next().and_then(|pixel| points.pixel(pixel)).unwrap_or(&[0.0; 3]);
+            into.extend(light[..3].iter().map(|v| *v as f32));
+        })
+    }
+
+    /// All that the EXR file holds.
+    pub fn all_channels(&self) -> Cow<'_, Picture> {
+        match &self.denoised {
+            Some((_, all)) => Cow::Borrowed(all),
+            None if self.layers.is_empty() => Cow::Borrowed(&self.picture),
+            None => Cow::Owned(self.picture.clone().with_layers(&self.layers)),
+        }
+    }
+
+    /// What its header says.
+    pub fn attributes(&self, built: &BuiltScene) -> Vec<(String, Attribute)> {
+        let denoised = self.denoised.iter().map(|(name, _)| (header::DENOISED.to_owned(), Attribute::Text(name.clone())));
+        header::attributes(&Facts::of(built), self.rendered).into_iter().chain(denoised).collect()
+    }
+}
+
+/// Writes colours and layers as EXR.
+pub(super) fn write_exr(
+    to: &mut Writer,
+    picture: &Picture,
+    layers: &[LayerPicture],
+    attributes: &[(String, Attribute)],
+) -> Result<()> {
+    match layers.is_empty() {
+        true => picture.write_exr(to, attributes),
+        false => picture.clone().with_layers(layers).write_exr(to, attributes),
+    }
+}
