@@ -1,12 +1,13 @@
 //! Takes the noise out of pictures with Intel's Open Image Denoise (`oidn`), which is loaded when it is needed (`library`).
 //!
 //! The filter is a trained network. It is guided by two layers, `albedo` and `normal`, which have noise of their own where a picture has few samples:
-//! they are filtered first, each by itself, as the library's guide asks. Light may have any brightness and is not clamped. The network knows no
+//! they are filtered first, each by itself, as the library's guide asks (`guides`). Light may have any brightness and is not clamped. The network knows no
 //! negative light, which colours outside of sRGB have in some channel: that is filtered by itself, and taken off again, so that it keeps its mean.
 //! Stars that the picture draws are exact, and would be lost as noise: they are taken off before, and added afterwards.
 //!
 //! The same picture, library and machine give the same numbers for any number of threads.
 
+mod guides;
 mod library;
 mod oidn;
 
@@ -151,8 +152,10 @@ impl Denoiser {
         let [mut clean_albedo, mut clean_normal] = [room()?, room()?];
         picture.extract(albedo, &mut raw, |v| if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) });
         run(&[(c"albedo", &raw)], &mut clean_albedo, settings)?;
+        guides::keep_what_has_no_noise(&mut clean_albedo, &raw, size);
         picture.extract(normal, &mut raw, |v| if v.is_nan() { 0.0 } else { v.clamp(-1.0, 1.0) });
         run(&[(c"normal", &raw)], &mut clean_normal, settings)?;
+        guides::keep_what_has_no_noise(&mut clean_normal, &raw, size);
 
         // ---- The colours.
         let mut light = raw;

@@ -82,8 +82,8 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         0.0..=f64::from(f32::MAX),
         "W m^-2 sr^-1 nm^-1",
         "most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased)",
-    ) as f32;
-    let most_indirect = if most_indirect > 0.0 { most_indirect } else { f32::INFINITY };
+    );
+    let most_indirect = if most_indirect > 0.0 { (most_indirect as f32).max(f32::MIN_POSITIVE) } else { f32::INFINITY };
     Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding, most_indirect, guide: None }))
 }
 
