@@ -38,7 +38,7 @@ mod tests {
         let size = [16, 16];
         // An edge in the left half, which the filter has blurred; noise in the right half, which it has taken away.
         let at = |i: usize| (i / 3 % 16, i / 3 / 16);
-        let noise = |i: usize| if i / 3 % 2 == 0 { 0.3 } else { 0.7 };
+        let noise = |i: usize| if (i / 3).is_multiple_of(2) { 0.3 } else { 0.7 };
         let raw: Vec<f32> = (0..16 * 16 * 3).map(|i| if at(i).0 >= 8 { noise(i) } else { f32::from(at(i).1 >= 8) }).collect();
         let blurred = |y: usize| [0.0, 0.2, 0.8, 1.0][(y + 1).saturating_sub(6).min(3)];
         let filtered: Vec<f32> = (0..raw.len()).map(|i| if at(i).0 >= 8 { 0.5 } else { blurred(at(i).1) }).collect();
