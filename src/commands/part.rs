@@ -48,7 +48,11 @@ pub(super) fn unfit(args: &RenderArgs) -> Option<String> {
             "is for pictures, and a part is none; `bhs develop` shows layers of the merged one",
         ),
         ("--false-color", args.look.false_color, "writes pictures, and a part is none; `bhs merge --false-color` does"),
-        ("--denoise", args.denoise, "is for pictures, and a part is none; give all parts `--aov albedo --aov normal`, and `bhs denoise` the merged one"),
+        (
+            "--denoise",
+            args.denoise,
+            "is for pictures, and a part is none; give all parts `--aov albedo --aov normal`, and `bhs denoise` the merged one",
+        ),
         ("--preview", args.frames.preview.is_some(), "shows pictures, and a part is none"),
         ("--pixel", args.pixel.is_some(), "replays a sample, whatever the part"),
     ];

@@ -114,8 +114,17 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     let a_picture = samples(&built, part::cover(args, &built).map_err(anyhow::Error::msg)?);
     let pictures = outputs.len() as u64;
     let progress = Progress::new([a_picture, pictures], ProgressForm::choose(args.show.progress, args.quiet), args.of_scenes);
-    let session =
-        Session { args, signals, pool: &pool, rescue, denoiser, progress: &progress, is_film: false, display, black_frames: None };
+    let session = Session {
+        args,
+        signals,
+        pool: &pool,
+        rescue,
+        denoiser,
+        progress: &progress,
+        is_film: false,
+        display,
+        black_frames: None,
+    };
     let mut status = ExitStatus::Done;
     for (number, outputs) in (0..).zip(outputs) {
         let camera = built.camera_name.as_deref().filter(|_| pictures > 1);
