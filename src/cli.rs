@@ -1,11 +1,13 @@
 //! The command line: what can be typed.
 
+mod denoise;
 mod develop;
 mod merge;
 mod show;
 mod values;
 mod watch;
 
+pub use denoise::DenoiseArgs;
 pub use develop::{DevelopArgs, LookArgs, ToneArgs};
 pub use merge::MergeArgs;
 pub use show::ShowArgs;
@@ -380,24 +382,4 @@ pub struct BenchArgs {
     /// Numbers for the scene's variables
     #[command(flatten)]
     pub definitions: Definitions,
-}
-
-/// `bhs denoise`
-#[derive(Args, Debug)]
-pub struct DenoiseArgs {
-    /// The picture, rendered with `--aov albedo --aov normal`
-    #[arg(value_name = "IN.exr")]
-    pub picture: PathBuf,
-    /// EXR file to write; the PNG stands beside it
-    #[arg(short, long, value_name = "OUT.exr")]
-    pub output: PathBuf,
-    /// Threads; if not given, what SLURM_CPUS_PER_TASK says, or all processors
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
-    /// Replace no file: end before denoising if one of the outputs is there
-    #[arg(long)]
-    pub no_overwrite: bool,
-    /// No closing words
-    #[arg(long)]
-    pub quiet: bool,
 }

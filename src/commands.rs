@@ -160,11 +160,15 @@ const CPUS_OF_TASK: &str = "SLURM_CPUS_PER_TASK";
 /// As many threads as are asked for, or as Slurm gives.
 fn start_threads(threads: Option<u32>) -> Result<rayon::ThreadPool> {
     let mut pool = rayon::ThreadPoolBuilder::new();
-    let given = || std::env::var(CPUS_OF_TASK).ok()?.parse().ok().filter(|n| (1..=4096).contains(n));
-    if let Some(threads) = threads.or_else(given) {
+    if let Some(threads) = thread_count(threads) {
         pool = pool.num_threads(threads as usize);
     }
     pool.build().context("cannot start the threads")
+}
+
+/// How many threads are to be used, if anybody says: the command line, or who has started the program.
+fn thread_count(threads: Option<u32>) -> Option<u32> {
+    threads.or_else(|| std::env::var(CPUS_OF_TASK).ok()?.parse().ok().filter(|n| (1..=4096).contains(n)))
 }
 
 /// Writes to standard output. What is left in its buffer would be lost without a word.

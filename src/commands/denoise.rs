@@ -1,6 +1,6 @@
 //! `bhs denoise`: a picture without its noise.
 
-use super::{Common, ExitStatus, show};
+use super::{Common, ExitStatus, show, thread_count};
 use crate::cli::DenoiseArgs;
 use crate::denoise::{self, Denoiser};
 use crate::develop::{self, input::Input};
@@ -36,7 +36,7 @@ pub fn denoise(args: &DenoiseArgs, common: &Common) -> Result<ExitStatus> {
     let shown = || format!("cannot denoise `{}`", args.picture.display());
     let ExrFile { picture, header: attributes } = ExrFile::read(&args.picture)?;
     denoise::check(&picture).with_context(shown)?;
-    let denoiser = Denoiser::load(args.threads)?;
+    let denoiser = Denoiser::load(thread_count(args.threads))?;
     let needed = denoise::bytes((picture.size[0] * picture.size[1]) as u64, picture.channels.len());
     memory::require("taking out its noise", needed).with_context(shown)?;
     let was_denoised = picture.find(denoise::NOISY).is_some();

@@ -4,7 +4,7 @@ use super::frames::{self, Film};
 use super::outputs::{Naming, Outputs};
 use super::part;
 use super::picture::{Session, samples};
-use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show, start_threads};
+use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show, start_threads, thread_count};
 use crate::cli::RenderArgs;
 use crate::denoise::{self, Denoiser};
 use crate::develop;
@@ -74,7 +74,7 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     let too_large = if args.parts.is_given() { TooLarge::Ignore } else { TooLarge::Refuse };
     let overrides = Overrides { too_large, ..overrides };
     // Whether the noise can be taken out in the end is found out first.
-    let denoiser = if args.denoise { Some(Denoiser::load(args.threads)?) } else { None };
+    let denoiser = if args.denoise { Some(Denoiser::load(thread_count(args.threads))?) } else { None };
     let denoiser = denoiser.as_ref();
     if let Some(range) = args.frames.range {
         return frames::render(&Film {
