@@ -83,6 +83,9 @@ const FAINT: f32 = 0.5;
 /// The least probability with which a geodesic is looked for that is dear and promises little: it may turn out to carry more.
 const LEAST_WORTH: f32 = 0.05;
 
+/// How much less worth is light that goes round the other side of the hole, where geodesics are dear: finding it takes some five times as long.
+const DEARER: f32 = 2.0;
+
 /// A place, and a direction of the sky of a side.
 type Sky = (spacetime::Place, (DVec3, Side));
 
@@ -294,7 +297,8 @@ impl LightSampleAt<'_> {
         let light = outlines.map(|outline| outline.map_or(0.0, |outline| self.carried(&outline).max()));
         let all = (light[0] + light[1]).max(found);
         // Where nothing carries light the share is not a number.
-        light.map(|light| light / (FAINT * all)).map(|share| if share >= LEAST_WORTH { share.min(1.0) } else { LEAST_WORTH })
+        let shares = [light[0] / (FAINT * all), light[1] / (FAINT * DEARER * all)];
+        shares.map(|share| if share >= LEAST_WORTH { share.min(1.0) } else { LEAST_WORTH })
     }
 
     /// The same along all geodesics to the sample: those that carry little are chosen by Russian roulette, with `u`, a number in [0,1) that
