@@ -1,5 +1,7 @@
 //! Parts of pictures: any split adds up to the very bytes of the whole, and whatever is wrong with parts is named.
 
+mod many;
+
 use crate::common;
 use crate::common::process::{Folder, files};
 use bhs::image::Picture;
@@ -353,28 +355,4 @@ fn a_part_that_is_stopped_goes_on_where_it_was() {
     assert_eq!(merge(&folder, &["a.bhspart", "b.bhspart", "c.bhspart"], &[]).0, 0);
     assert_eq!(folder.run(&["render", "scene.bhs", "-o", "whole.exr"]).0, 0);
     folder.assert_same("whole", "m");
-}
-
-#[test]
-fn parts_in_number_take_the_memory_of_one() {
-    let text = r#"Film "rgb" "integer xresolution" 300 "integer yresolution" 200
-        Sampler "sobol" "integer pixelsamples" 30
-        WorldBegin
-        LightSource "infinite""#;
-    let built = common::build(text);
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let covers: Vec<Cover> = (0..30).map(|s| Cover { samples: [s, s + 1], ..Cover::whole(&*built.film, 30) }).collect();
-    let paths = write(&built, &covers, folder.path());
-    let taken = |paths: &[PathBuf]| {
-        let measured = allocation_counter::measure(|| {
-            let sorted = join::sort(paths, open);
-            joined::join(&sorted.pictures[0], open).expect("they can be joined");
-        });
-        measured.bytes_max
-    };
-    let (few, many) = (taken(&paths[..2]), taken(&paths));
-    let [sums, tiles] = bhs::film::Framebuffer::bytes(&*built.film, &built.layers);
-    eprintln!("2 parts take {few} bytes, 30 take {many}; the frame has {}", sums + tiles);
-    assert!(many < few + 100_000, "{few} {many}");
-    assert!(many < 2 * (sums + tiles), "{many} {sums}");
 }
