@@ -328,7 +328,9 @@ fn parts_have_names_of_their_own() {
     let folder = Folder::new(&scene(FILM, SOBOL, CAMERA));
     assert_eq!(folder.run(&["render", "scene.bhs", "--part", "2/11"]).0, 0);
     assert_eq!(folder.run(&["render", "scene.bhs", "--samples", "0..1"]).0, 0);
-    assert_eq!(files(&folder.path("")), ["a.part-02-of-11.bhspart", "a.samples-0-1.bhspart", "scene.bhs"]);
+    assert_eq!(folder.run(&["render", "scene.bhs", "--samples", "0..1", "--crop", "0,0.5,0,1"]).0, 0);
+    let names = ["a.part-02-of-11.bhspart", "a.samples-0-1-crop-0-0.5-0-1.bhspart", "a.samples-0-1.bhspart", "scene.bhs"];
+    assert_eq!(files(&folder.path("")), names);
 }
 
 #[cfg(unix)]

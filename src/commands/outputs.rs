@@ -136,7 +136,7 @@ impl<'a> Naming<'a> {
         let camera = camera.filter(|_| !(one && self.output.is_some()));
         let path = camera.map_or(path.clone(), |camera| with_infix(&path, camera));
         let path = self.numbered(self.quickened(path));
-        match self.part().and_then(PartArgs::label) {
+        match self.args.and_then(|args| args.parts.label(args.crop)) {
             // The only part is called what the command line says.
             Some(label) if self.output.is_none() => (with_infix(&path, &label).with_extension(part::ENDING), by),
             _ => (path, by),

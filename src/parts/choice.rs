@@ -42,15 +42,18 @@ impl PartArgs {
     }
 
     /// What the name of the part has that nobody names.
-    pub fn label(&self) -> Option<String> {
-        match (self.samples, self.part) {
-            (Some([from, to]), _) => Some(format!("samples-{from}-{to}")),
+    pub fn label(&self, crop: Option<[f64; 4]>) -> Option<String> {
+        let label = match (self.samples, self.part) {
+            (Some([from, to]), _) => format!("samples-{from}-{to}"),
             (None, Some([k, n])) => {
                 let digits = n.to_string().len();
-                Some(format!("part-{k:0digits$}-of-{n}"))
+                format!("part-{k:0digits$}-of-{n}")
             }
-            (None, None) => None,
-        }
+            (None, None) => return None,
+        };
+        // Other windows have other files.
+        let window = crop.map(|[x0, x1, y0, y1]| format!("-crop-{x0}-{x1}-{y0}-{y1}"));
+        Some(label + &window.unwrap_or_default())
     }
 
     /// What is rendered of a film with `total` samples a pixel, in the window that `crop` gives as fractions of its size; `None`: all of it.
