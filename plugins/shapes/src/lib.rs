@@ -38,4 +38,4 @@ pub const ALL: &[Plugin<dyn Shape>] = &[
 ];
 
 #[cfg(test)]
-bhs_core::every_file_is_listed!([ALL], helpers: ["affine", "ellipsoid", "mesh", "obj", "obj_lines", "patch", "ply", "ply_body", "ply_header", "ply_input", "polygon"]);
+bhs_core::every_file_is_listed!([ALL], helpers: ["affine", "ellipsoid", "file_kind", "mesh", "obj", "obj_lines", "patch", "ply", "ply_body", "ply_header", "ply_input", "polygon"]);

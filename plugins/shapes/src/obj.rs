@@ -67,7 +67,7 @@ pub fn read(file: &[u8]) -> Result<Obj, String> {
         };
         read.map_err(|fault| format!("line {}: {fault}", lines.number()))?;
     }
-    let is_mesh = !reader.positions.is_empty();
+    let is_mesh = !(reader.positions.is_empty() && reader.faces.is_empty());
     reader.finish().map_err(|fault| if is_mesh { fault } else { fault + looks_like(file) })
 }
 
