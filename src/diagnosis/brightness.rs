@@ -91,10 +91,9 @@ impl Brightness {
         Some(Explanation::warning(
             "exposure",
             format!(
-                "the PNG is about {:.0} stops too {how}; write \"float exposure\" {:.1} into the `Film`{place}, or make the lights {}: the EXR file \
-                 has all that there is",
+                "the PNG is about {:.0} stops too {how}; write \"float exposure\" {right:.1} into the `Film`{place} or --exposure {right:.1} behind the \
+                 command, or make the lights {}: the EXR file has all that there is",
                 off.abs(),
-                right,
                 if is_dark { "stronger" } else { "weaker" },
             ),
         ))
