@@ -19,7 +19,8 @@ Shape "sphere"
 "#;
 
 const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
-    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    property float u\nproperty float v\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n";
 
 /// What [`READER`] reads, with the names by which it does.
 const INPUTS: [(&str, &str); 6] = [

@@ -21,12 +21,18 @@ const OUTLIERS: f64 = 0.002;
 /// A picture that is too bright has hardly a pixel below this.
 const BRIGHT: f64 = 16.0;
 
+/// A trace of light, in no more than one of so many pixels.
+const TRACE: f64 = 1.0 / 256.0;
+const FEW: u64 = 100;
+
 /// What light that grazes a surface leaves by rounding alone, and no less than any picture has (2^-56).
 const ROUNDING: f64 = 1.4e-17;
 
 /// The luminance of a picture's pixels.
 pub struct Brightness {
     bins: Vec<u64>,
+    /// All pixels.
+    pixels: u64,
     /// Pixels with light.
     lit: u64,
     /// Of whatever colour, also such as the film cannot show.
@@ -38,8 +44,9 @@ pub struct Brightness {
 impl Brightness {
     /// That of a frame as it stands.
     pub fn of(frame: &Framebuffer) -> Self {
-        let mut all = Self { bins: vec![0; BINS], lit: 0, any: false, sum: 0.0 };
+        let mut all = Self { bins: vec![0; BINS], pixels: 0, lit: 0, any: false, sum: 0.0 };
         frame.each_color(|[r, g, b]| {
+            all.pixels += 1;
             all.any |= [r, g, b].iter().any(|c| c.abs() > ROUNDING);
             let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
             if luminance > 0.0 {
@@ -52,9 +59,9 @@ impl Brightness {
         all
     }
 
-    /// Whether there is no light at all.
+    /// Whether there is no light at all, but for a trace of it in a few pixels: what rounding lets through an edge.
     pub fn is_black(&self) -> bool {
-        !self.any
+        !self.any || (FEW * self.lit <= self.pixels && self.percentile(1.0) < TRACE.log2())
     }
 
     /// The luminance below which a share of the lit pixels is, to a fourth of a stop (stops above 1).

@@ -128,8 +128,9 @@ pub fn after(built: &BuiltScene, rendered: &Rendered) -> Option<Explanation> {
     if let Some(said) = view::only_the_hole(built, &job, c).or_else(|| view::nothing_met(built, &job, c, Level::Warning)) {
         return Some(said);
     }
-    let survey = shadows::Survey::of(built, &job)?;
-    enclosure::around_the_camera(built, &survey).or_else(|| survey.explain(built))
+    let survey = shadows::Survey::of(built, &job);
+    let cause = survey.and_then(|survey| enclosure::around_the_camera(built, &survey).or_else(|| survey.explain(built)));
+    cause.or_else(|| brightness.explain(built))
 }
 
 /// A shape in words, with its place: "the `sphere` at scene.bhs:3:7".

@@ -57,9 +57,18 @@ fn number(word: &str) -> Option<String> {
     }
 }
 
+/// A text without the comments that it begins with.
+pub(super) fn after_comments(text: &str) -> &str {
+    let mut rest = text.trim_start();
+    while rest.starts_with('#') {
+        rest = rest.find('\n').map_or("", |end| &rest[end..]).trim_start();
+    }
+    rest
+}
+
 /// Whether a text is the scene of another program altogether: what it looks like.
 pub(super) fn other_language(text: &str) -> Option<&'static str> {
-    let start = text.trim_start();
+    let start = after_comments(text);
     if start.starts_with("<?xml") || start.starts_with("<scene") || start.starts_with("<!") || start.starts_with("<html") {
         return Some("XML, as Mitsuba reads it");
     }

@@ -84,7 +84,7 @@ impl Iterator for Directives<'_> {
         if self.position == 0
             && let Some(language) = foreign::other_language(self.lower.text)
         {
-            let start = self.lower.text.len() - self.lower.text.trim_start().len();
+            let start = self.lower.text.len() - foreign::after_comments(self.lower.text).len();
             let here = self.lower.range(start, start + 1);
             let help = "scenes are written as for pbrt-v4: docs/tutorial.md has a first one".to_owned();
             self.lower.fault(
