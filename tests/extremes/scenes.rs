@@ -143,7 +143,10 @@ pub fn scene_of(plugin: &PluginInfo, given: &str, parameter: &str) -> Option<Str
             );
             scene("", &world, true, true)
         }
-        "light" => scene("", &format!("LightSource \"{name}\" {given}"), true, true),
+        "light" => {
+            let file = if name == "projection" { "\"string filename\" \"grammar/examples/tiles.png\"" } else { "" };
+            scene("", &format!("LightSource \"{name}\" {file} {given}"), true, true)
+        }
         "area light" if name == "thindisc" => {
             let world = format!(
                 "AttributeBegin Translate 0.5 1.2 1 BlackHole \"schwarzschild\" \"float rs\" 0.1 Rotate -90 1 0 0
@@ -159,7 +162,7 @@ pub fn scene_of(plugin: &PluginInfo, given: &str, parameter: &str) -> Option<Str
         }
         "shape" => {
             let needs = match name {
-                "trianglemesh" => needed(SQUARE),
+                "trianglemesh" | "loopsubdiv" => needed(SQUARE),
                 "bilinearmesh" => needed(PATCH),
                 "plymesh" => "\"string filename\" \"grammar/examples/pyramid.ply\"".to_owned(),
                 "objmesh" => "\"string filename\" \"grammar/examples/pyramid.obj\"".to_owned(),

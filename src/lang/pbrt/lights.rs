@@ -50,7 +50,7 @@ impl Translator {
         }
         if let Some(param) = take(d, "mapname") {
             self.notes.warn("`mapname` is read as `filename`", param.name.span, "", "the name is that of pbrt-v3");
-            d.params.push(Param { name: super::materials::renamed(&param, "filename"), ..param });
+            d.params.push(Param { name: super::params::renamed(&param, "filename"), ..param });
         }
         let is_area = d.keyword.value == "AreaLightSource";
         let strength = if word == "distant" || word == "infinite" || is_area { "L" } else { "I" };

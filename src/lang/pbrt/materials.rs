@@ -2,7 +2,7 @@
 
 use crate::lang::ast::Directive;
 use crate::lang::pbrt::colours::{self, Meaning};
-use crate::lang::pbrt::params::{drop_all, find, float, name, set_floats, set_rgb, set_strings, set_text, string, take};
+use crate::lang::pbrt::params::{drop_all, find, float, name, renamed, set_floats, set_rgb, set_strings, set_text, string, take};
 use crate::lang::pbrt::{Translated, Translator};
 use bhs_core::diagnostics::Span;
 use bhs_core::value::{Param, ParamType, Values};
@@ -232,9 +232,4 @@ fn copper(d: &mut Directive, names: [&str; 2]) {
             set_strings(d, ParamType::Spectrum, part, &[table]);
         }
     }
-}
-
-/// The name of a parameter as another one.
-pub(super) fn renamed(param: &Param, to: &str) -> bhs_core::diagnostics::Spanned<String> {
-    bhs_core::diagnostics::Spanned::new(to.to_owned(), param.name.span)
 }

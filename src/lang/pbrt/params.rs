@@ -126,3 +126,8 @@ pub(super) fn set_strings(d: &mut Directive, ty: ParamType, name: &str, texts: &
 pub(super) fn set_rgb(d: &mut Directive, name: &str, rgb: [f64; 3]) {
     set(d, ParamType::Rgb, name, Values::Numbers { values: rgb.to_vec(), whole: false });
 }
+
+/// The name of a parameter as another one.
+pub(super) fn renamed(param: &Param, to: &str) -> bhs_core::diagnostics::Spanned<String> {
+    bhs_core::diagnostics::Spanned::new(to.to_owned(), param.name.span)
+}
