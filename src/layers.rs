@@ -3,7 +3,7 @@
 
 mod picture;
 
-pub use picture::LayerPicture;
+pub use picture::{LayerPicture, numbers_in_files};
 
 use bhs_core::camera::Film;
 use bhs_engine::layer::{Layer, NamedLayer, Statistic, Value, VisibleSurface};

@@ -2,6 +2,7 @@
 
 use super::{Framebuffer, mean, numbers, stride};
 use crate::image::single_precision;
+use crate::layers::numbers_in_files;
 use std::sync::{PoisonError, TryLockError};
 
 /// How often a tile that somebody is at work on is left for another time. A picture of few tiles has hardly one that nobody works on.
@@ -50,8 +51,8 @@ impl Framebuffer {
             data.extend(self.values(&tile, i).map(single_precision));
             let mut at = i * layer_numbers;
             for layer in &self.layers {
-                let value = mean(&layer.format, &tile.layers, at).unwrap_or_default();
-                data.extend(value[..layer.format.channels.len()].iter().copied().map(single_precision));
+                let own = numbers_in_files(mean(&layer.format, &tile.layers, at));
+                data.extend_from_slice(&own[..layer.format.channels.len()]);
                 at += stride(&layer.format);
             }
         }

@@ -8,6 +8,11 @@ fn in_files(value: f64) -> f32 {
     single_precision(value) + 0.0
 }
 
+/// What files keep of a pixel of a layer, of three channels at most; -0 where there is no value.
+pub fn numbers_in_files(value: Option<Value>) -> [f32; 3] {
+    value.map_or([-0.0; 3], |value| value.map(in_files))
+}
+
 /// A layer of a whole picture.
 pub struct LayerPicture {
     /// The name of the layer.
@@ -39,7 +44,7 @@ impl Picture {
         for (i, color) in self.data.chunks_exact(self.channels.len()).enumerate() {
             data.extend_from_slice(color);
             for LayerPicture { format, values, .. } in layers {
-                let own = values[i].map_or([-0.0; 3], |value| value.map(in_files));
+                let own = numbers_in_files(values[i]);
                 data.extend_from_slice(&own[..format.channels.len()]);
             }
         }
