@@ -11,27 +11,27 @@ trap 'rm -rf -- "$folder"' EXIT
 
 # name, width x height, samples a pixel, further flags
 pictures='
-terrace           1280x720  96 --denoise
+terrace           1280x720  64 --denoise
 kerr_disc         1280x720  64
 shadow_stars      1280x720  1
-gold_dragon       1280x960  48 --denoise
-cornell_box       1280x1280  48 --denoise
-cornell_hole      1280x960  48 --denoise
-spheres           1280x960  64 --denoise
-spheres_hole      1280x960  64 --denoise
-bunny_hole        1280x960  32 --denoise
-blueshift         1280x960  32 --denoise
-redshift_spheres  1280x960  32 --denoise
-redshift_wall     1280x960  32 --denoise
-frames_static     1280x960  16 --denoise
-frames_chart      1280x960  16 --denoise
-dragon_army       1280x800  24 --denoise
-prism             1280x854  96 --denoise
-wormhole          1280x960  24 --denoise
-two_holes         1280x854  24 --denoise
-moving_camera     1280x854  24 --denoise
-kerr_room         1280x960  12 --denoise
-disc_in_room      1280x960   8 --denoise
+gold_dragon       1280x960  24 --denoise
+cornell_box       1280x1280 24 --denoise
+cornell_hole      1280x960  24 --denoise
+spheres           1280x960  32 --denoise
+spheres_hole      1280x960  32 --denoise
+bunny_hole        1280x960  16 --denoise
+blueshift         1280x960  16 --denoise
+redshift_spheres  1280x960  16 --denoise
+redshift_wall     1280x960  16 --denoise
+frames_static     1280x960   8 --denoise
+frames_chart      1280x960   8 --denoise
+dragon_army       1280x800  12 --denoise
+prism             1280x854  64 --denoise
+wormhole          1280x960  12 --denoise
+two_holes         1280x854  12 --denoise
+moving_camera     1280x854  16 --denoise
+kerr_room         1280x960   8 --denoise
+disc_in_room      1280x960   4 --denoise
 '
 
 echo "$pictures" | while read -r name size samples flags; do

@@ -206,7 +206,8 @@ fn a_point_light_of_1e38_lights_the_floor() {
         .replace("[-0.5 0.1 0.5] \"float I\" 3.3e38", "[0 4 0] \"float I\" 1e38")
         .replace("\"float fov\" 30", "\"float fov\" 0.1");
     let dir = folder(&text);
-    let (code, _, err) = run(dir.path(), &["render", "scene.bhs", "--quiet"]);
+    // It is 122 stops too bright, which the choice of an exposure keeps from being said.
+    let (code, _, err) = run(dir.path(), &["render", "scene.bhs", "--quiet", "--exposure", "auto"]);
     assert_eq!((code, err.as_str()), (0, ""));
     let picture = picture(dir.path(), "bright.exr");
     let mean = picture.data.iter().map(|v| f64::from(*v)).sum::<f64>() / picture.data.len() as f64;
