@@ -3,6 +3,7 @@
 mod denoise;
 mod develop;
 mod merge;
+mod picture;
 mod show;
 mod values;
 mod watch;
@@ -10,6 +11,7 @@ mod watch;
 pub use denoise::DenoiseArgs;
 pub use develop::{DevelopArgs, LookArgs, ToneArgs};
 pub use merge::MergeArgs;
+pub use picture::PictureArgs;
 pub use show::ShowArgs;
 pub use watch::WatchArgs;
 
@@ -20,7 +22,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use values::{crop, frames_per_second, layer_name, pixel, preview, resolution, seconds};
+use values::{frames_per_second, layer_name, pixel, preview, resolution, seconds};
 
 /// A renderer for scenes with a black hole in them.
 #[derive(Debug, Parser)]
@@ -201,9 +203,9 @@ pub struct RenderArgs {
     /// EXR file to write, in place of the scene's `filename`; the PNG stands beside it
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: Option<PathBuf>,
-    /// Samples per pixel; at most, with --time
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
-    pub spp: Option<u32>,
+    /// How the picture is rendered
+    #[command(flatten)]
+    pub picture: PictureArgs,
     /// End each picture after so many seconds of rendering, with the samples that it has then
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time: Option<Duration>,
@@ -231,21 +233,9 @@ pub struct RenderArgs {
     /// What changes the scene
     #[command(flatten)]
     pub scene_args: SceneArgs,
-    /// Light transport, in place of the scene's
-    #[arg(long, value_name = "NAME")]
-    pub transport: Option<String>,
     /// Only the camera of this name; all cameras of the scene if not given
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// Threads; if not given, what SLURM_CPUS_PER_TASK says, or all processors
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
-    /// Part to render, as fractions of width and height
-    #[arg(long, value_name = "x0,x1,y0,y1", value_parser = crop)]
-    pub crop: Option<[f64; 4]>,
-    /// Size of the picture
-    #[arg(long, value_name = "WxH", value_parser = resolution)]
-    pub resolution: Option<[u32; 2]>,
     /// Record a layer besides the colour, such as `sweptangle` or `normal`; can be repeated
     #[arg(long, value_name = "NAME", value_parser = layer_name)]
     pub aov: Vec<String>,

@@ -1,6 +1,6 @@
 //! What the program's commands do.
 
-use crate::cli::{Cli, Definitions, SceneArgs};
+use crate::cli::{Cli, Definitions, PictureArgs, SceneArgs};
 use crate::files::{self, Root};
 use crate::lang::{self, BuiltScene, Labels, Overrides, SourceMap, Variables};
 use crate::memory::picture::TooLarge;
@@ -194,9 +194,18 @@ fn diagnose(built: &mut BuiltScene, sources: &SourceMap, common: &Common) {
     built.warnings.extend(found);
 }
 
-fn overrides(args: &SceneArgs) -> Overrides {
-    let variables = Variables::defined(&args.definitions.define);
-    Overrides { integrator: args.integrator.clone(), seed: args.seed, variables, ..Default::default() }
+/// What the command line changes of a scene, and of how its picture is rendered.
+fn overrides(args: &SceneArgs, picture: &PictureArgs) -> Overrides {
+    Overrides {
+        integrator: args.integrator.clone(),
+        seed: args.seed,
+        variables: Variables::defined(&args.definitions.define),
+        transport: picture.transport.clone(),
+        spp: picture.spp,
+        resolution: picture.resolution,
+        crop: picture.crop,
+        ..Default::default()
+    }
 }
 
 /// `bhs check`: all that `render` would refuse without flags.

@@ -96,6 +96,22 @@ impl ExrHeader {
         self.layer.other.insert(name.into(), AttributeValue::Text(text.into()));
         self
     }
+
+    /// What an attribute says, as a word; `None` if there is none of this name, or it is no word or number.
+    pub fn word(&self, name: &str) -> Option<String> {
+        word(self.layer.other.iter().find(|(own, _)| own.to_string() == name)?.1)
+    }
+}
+
+/// The value of an attribute as a word, if it is one or a number.
+pub(crate) fn word(value: &AttributeValue) -> Option<String> {
+    match value {
+        AttributeValue::Text(text) => Some(text.to_string()),
+        AttributeValue::F64(x) => Some(x.to_string()),
+        AttributeValue::F32(x) => Some(x.to_string()),
+        AttributeValue::I32(x) => Some(x.to_string()),
+        _ => None,
+    }
 }
 
 /// An EXR file of one part, as it is read in order to be written with other pixels.

@@ -1,7 +1,7 @@
 //! `bhs watch`
 
-use super::values::{crop, frames_per_second, layer_name, resolution, seconds};
-use super::{SceneArgs, ShowArgs, ToneArgs};
+use super::values::{frames_per_second, layer_name, seconds};
+use super::{PictureArgs, SceneArgs, ShowArgs, ToneArgs};
 use crate::lang::variables::FRAMES_PER_SECOND;
 use clap::Args;
 use std::path::PathBuf;
@@ -15,9 +15,9 @@ pub struct WatchArgs {
     /// PNG file to write, in place of NAME.watch.png
     #[arg(short, long, value_name = "FILE.png", value_parser = png)]
     pub output: Option<PathBuf>,
-    /// Samples per pixel; at most, with --time
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
-    pub spp: Option<u32>,
+    /// How the picture is rendered
+    #[command(flatten)]
+    pub picture: PictureArgs,
     /// End each picture after so many seconds of rendering
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time: Option<Duration>,
@@ -33,21 +33,9 @@ pub struct WatchArgs {
     /// What changes the scene
     #[command(flatten)]
     pub scene_args: SceneArgs,
-    /// Light transport, in place of the scene's
-    #[arg(long, value_name = "NAME")]
-    pub transport: Option<String>,
     /// The camera of this name; the scene's first one if not given
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// Threads; all processors if not given
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
-    /// Part to render, as fractions of width and height
-    #[arg(long, value_name = "x0,x1,y0,y1", value_parser = crop)]
-    pub crop: Option<[f64; 4]>,
-    /// Size of the picture
-    #[arg(long, value_name = "WxH", value_parser = resolution)]
-    pub resolution: Option<[u32; 2]>,
     /// Show a layer besides the colour in the viewer of --display-server; can be repeated
     #[arg(long, value_name = "NAME", value_parser = layer_name)]
     pub aov: Vec<String>,

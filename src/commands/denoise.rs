@@ -3,14 +3,14 @@
 use super::{Common, ExitStatus, show, thread_count};
 use crate::cli::DenoiseArgs;
 use crate::denoise::{self, Denoiser};
-use crate::develop::{self, input::Input};
+use crate::develop::{self, Texts};
 use crate::header;
 use crate::image::ExrFile;
+use crate::look::Look;
 use crate::memory;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
 use crate::say;
 use anyhow::{Context, Result};
-use bhs_core::diagnostics::Diagnostic;
 use std::path::Path;
 use std::time::Instant;
 
@@ -47,8 +47,8 @@ pub fn denoise(args: &DenoiseArgs, common: &Common) -> Result<ExitStatus> {
     let attributes = attributes.with_text(header::DENOISED, &denoiser.name());
 
     let colors = picture.shown(&picture.find(denoise::COLORS).unwrap_or_default());
-    let input = Input::read(&args.picture, common.open(&args.picture)?)?;
-    let (look, texts) = (input.look(), input.texts());
+    let look = Look::of_words(|name| attributes.word(&format!("bhs:{name}")));
+    let texts = Texts::of(|name| attributes.word(name));
     let mut set = OutputSet::new();
     set.add(png, |to| develop::write_png(to, &colors, &look, &texts));
     set.add(exr, |to| picture.write_exr_like(to, &attributes));
@@ -65,21 +65,11 @@ pub fn denoise(args: &DenoiseArgs, common: &Common) -> Result<ExitStatus> {
 /// The PNG and the EXR file; `None` if `plan` says what is wrong with them.
 fn outputs(args: &DenoiseArgs, plan: &mut Plan) -> Option<[OutputFile; 2]> {
     let exr: &Path = &args.output;
-    if exr.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        let message = format!("cannot write `{}`: the output's name ends in .exr", exr.display());
-        plan.refuse(Diagnostic::error("output-not-exr", message).help("a .png is written beside it"));
+    if !plan.ends_in(exr, "exr", "a .png is written beside it", NamedBy::CommandLine) {
         return None;
     }
     let png = exr.with_extension("png");
-    let claimed = [png.as_path(), exr].map(|path| {
-        if args.no_overwrite && std::fs::symlink_metadata(path).is_ok() {
-            let message = format!("`{}` is there already, and --no-overwrite is given", path.display());
-            plan.refuse(Diagnostic::error("would-overwrite", message));
-            return None;
-        }
-        let file = plan.claim(path, NamedBy::CommandLine)?;
-        Some(if args.no_overwrite { file.never_replacing() } else { file })
-    });
+    let claimed = [png.as_path(), exr].map(|path| plan.claim_unless_there(path, NamedBy::CommandLine, args.no_overwrite));
     let [png, exr] = claimed;
     Some([png?, exr?])
 }

@@ -240,7 +240,7 @@ impl Film<'_> {
         mut phases: Phases,
     ) -> Result<ExitStatus> {
         let args = self.args;
-        let pool = start_threads(args.threads)?;
+        let pool = start_threads(args.picture.threads)?;
         let pictures: usize = frames.iter().map(|f| f.pictures.len()).sum();
         let a_picture = samples(&built, part::cover(args, &built).map_err(anyhow::Error::msg)?);
         let form = ProgressForm::choose(args.show.progress, args.quiet);
@@ -248,6 +248,7 @@ impl Film<'_> {
         let rescue = Rescue::beside(&args.scene, self.common.root.as_ref());
         let session = Session {
             args,
+            common: self.common,
             signals: self.signals,
             pool: &pool,
             rescue,

@@ -116,21 +116,11 @@ fn claim(args: &MergeArgs, picture: &PictureParts, several: [bool; 2], plan: &mu
     let camera = picture.key.1.as_ref().filter(|_| several[0]);
     let path = camera.map_or(args.output.clone(), |camera| with_infix(&args.output, camera));
     let path = picture.key.0.filter(|_| several[1]).map_or(path.clone(), |frame| with_infix(&path, &digits(frame)));
-    if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        let message = format!("cannot write `{}`: the output's name ends in .exr", path.display());
-        plan.refuse(Diagnostic::error("output-not-exr", message).help("a .png is written beside it"));
+    if !plan.ends_in(&path, "exr", "a .png is written beside it", NamedBy::CommandLine) {
         return None;
     }
     let layers = layers(picture).filter(|_| args.false_color).unwrap_or_default();
-    let mut claim = |path: PathBuf| {
-        if args.no_overwrite && std::fs::symlink_metadata(&path).is_ok() {
-            let message = format!("`{}` is there already, and --no-overwrite is given", path.display());
-            plan.refuse(Diagnostic::error("would-overwrite", message));
-            return None;
-        }
-        let file = plan.claim(&path, NamedBy::CommandLine)?;
-        Some(if args.no_overwrite { file.never_replacing() } else { file })
-    };
+    let mut claim = |path: PathBuf| plan.claim_unless_there(&path, NamedBy::CommandLine, args.no_overwrite);
     let exr = claim(path.clone())?;
     let png = claim(path.with_extension("png"));
     let shown: Option<Vec<_>> = layers.iter().map(|layer| claim(false_color::path(&path, layer.name))).collect();

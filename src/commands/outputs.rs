@@ -136,7 +136,7 @@ impl<'a> Naming<'a> {
         let camera = camera.filter(|_| !(one && self.output.is_some()));
         let path = camera.map_or(path.clone(), |camera| with_infix(&path, camera));
         let path = self.numbered(self.quickened(path));
-        match self.args.and_then(|args| args.parts.label(args.crop)) {
+        match self.args.and_then(|args| args.parts.label(args.picture.crop)) {
             // The only part is called what the command line says.
             Some(label) if self.output.is_none() => (with_infix(&path, &label).with_extension(part::ENDING), by),
             _ => (path, by),
@@ -178,13 +178,7 @@ impl Outputs {
             true => (part::ENDING, "a part of a picture holds sums; `bhs merge` makes pictures of parts"),
             false => ("exr", "a .png is written beside it"),
         };
-        if exr_path.extension().is_none_or(|e| !e.eq_ignore_ascii_case(ending)) {
-            let message = format!("cannot write `{}`: the output's name ends in .{ending}", exr_path.display());
-            let refused = Diagnostic::error("output-not-exr", message).help(help);
-            plan.refuse(match by {
-                NamedBy::Scene(Some(span)) => refused.at(span, ""),
-                _ => refused,
-            });
+        if !plan.ends_in(&exr_path, ending, help, by) {
             return None;
         }
         let layers: &[NamedLayer] = if naming.false_color { &built.layers } else { &[] };
@@ -193,21 +187,13 @@ impl Outputs {
         let stats = naming.stats.map(own_name);
         if naming.no_overwrite {
             let all = [&exr_path].into_iter().chain(&png).chain(&shown).chain(&stats);
-            let there: Vec<_> = all.filter(|path| std::fs::symlink_metadata(path).is_ok()).collect();
-            for path in &there {
-                let message = format!("`{}` is there already, and --no-overwrite is given", path.display());
-                plan.refuse(Diagnostic::error("would-overwrite", message));
-            }
-            if !there.is_empty() {
+            if all.filter(|path| plan.is_there(path)).count() > 0 {
                 return None;
             }
         }
         // What is wrong with its folder is said once.
-        let exr = plan.claim(&exr_path, by)?;
-        let mut claim = |path: &PathBuf, by| {
-            let file = plan.claim(path, by)?;
-            Some(if naming.no_overwrite { file.never_replacing() } else { file })
-        };
+        let mut claim = |path: &PathBuf, by| plan.claim_unless_there(path, by, naming.no_overwrite);
+        let exr = claim(&exr_path, by)?;
         let png = png.map(|path| claim(&path, by));
         let shown: Vec<_> = shown.iter().map(|path| claim(path, by)).collect();
         let stats = stats.map(|path| claim(&path, NamedBy::CommandLine));
@@ -221,7 +207,6 @@ impl Outputs {
         });
         let shown = shown.into_iter().collect::<Option<_>>()?;
         let (png, stats, checkpoint) = (none_or(png)?, none_or(stats)?, none_or(checkpoint)?);
-        let exr = if naming.no_overwrite { exr.never_replacing() } else { exr };
         let (layer, false_color) = (naming.layer.map(str::to_owned), naming.false_color);
         Some(Self {
             exr,

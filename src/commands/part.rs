@@ -30,7 +30,7 @@ pub(super) fn cover(args: &RenderArgs, built: &BuiltScene) -> Result<Option<Cove
             built.transport_name
         ));
     }
-    args.parts.cover(&*built.film, built.sampler.samples_per_pixel(), args.crop)
+    args.parts.cover(&*built.film, built.sampler.samples_per_pixel(), args.picture.crop)
 }
 
 /// Why the command line asks for something else than parts, if it does.

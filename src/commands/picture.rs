@@ -5,7 +5,7 @@ use super::outputs::Outputs;
 use super::part;
 use super::render::stats_json;
 use super::replay::{self, PictureId};
-use super::{is_closed_pipe, print};
+use super::{Common, is_closed_pipe, print};
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
 use crate::denoise::Denoiser;
@@ -36,6 +36,7 @@ const POLL: Duration = Duration::from_millis(50);
 /// What a picture is rendered with.
 pub(super) struct Session<'s> {
     pub args: &'s RenderArgs,
+    pub common: &'s Common,
     pub signals: &'s Signals,
     pub pool: &'s rayon::ThreadPool,
     pub rescue: Rescue,
@@ -156,7 +157,7 @@ impl Session<'_> {
         let rendered = state.rendered(ended);
         self.progress.picture_done(rendered.samples, !matches!(ended, Ended::Stopped(_)));
         let picture = PictureId { camera: built.camera_name.as_deref(), variables: &built.variables, seed: self.seed(built) };
-        let replay = |sample: &SampleId| replay::command(args, picture, sample);
+        let replay = |sample: &SampleId| replay::command(args, self.common, picture, sample);
         let (count, first) = (rendered.counters.not_finite, &rendered.not_finite);
         not_finite::warnings(count, first, &rendered.frame, built.seed, replay).iter().for_each(|line| say!("{line}"));
         if let Some(cover) = part {

@@ -53,16 +53,13 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
 pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, display: Option<&Display>) -> Result<ExitStatus> {
     let mut phases = Phases::default();
     let overrides = Overrides {
-        transport: args.transport.clone(),
         camera: args.camera.clone(),
-        spp: args.spp,
-        resolution: args.resolution,
         // That of a part is a window of the picture, which stays whole.
-        crop: args.crop.filter(|_| !args.parts.is_given()),
+        crop: args.picture.crop.filter(|_| !args.parts.is_given()),
         layers: layers(args),
         look: args.look.changes(),
         quick: args.quick,
-        ..overrides(&args.scene_args)
+        ..overrides(&args.scene_args, &args.picture)
     };
     if let (Some(pixel), Some(sample)) = (args.pixel, args.sample) {
         return replay::replay(args, &overrides, SampleId { pixel, sample }, common);
@@ -74,7 +71,7 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     let too_large = if args.parts.is_given() { TooLarge::Ignore } else { TooLarge::Refuse };
     let overrides = Overrides { too_large, ..overrides };
     // Whether the noise can be taken out in the end is found out first.
-    let denoiser = if args.denoise { Some(Denoiser::load(thread_count(args.threads))?) } else { None };
+    let denoiser = if args.denoise { Some(Denoiser::load(thread_count(args.picture.threads))?) } else { None };
     let denoiser = denoiser.as_ref();
     if let Some(range) = args.frames.range {
         return frames::render(&Film {
@@ -109,13 +106,14 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     // The texts of a scene may be large.
     drop(sources);
 
-    let pool = start_threads(args.threads)?;
+    let pool = start_threads(args.picture.threads)?;
     let rescue = Rescue::beside(&args.scene, common.root.as_ref());
     let a_picture = samples(&built, part::cover(args, &built).map_err(anyhow::Error::msg)?);
     let pictures = outputs.len() as u64;
     let progress = Progress::new([a_picture, pictures], ProgressForm::choose(args.show.progress, args.quiet), args.of_scenes);
     let session = Session {
         args,
+        common,
         signals,
         pool: &pool,
         rescue,

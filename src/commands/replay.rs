@@ -21,7 +21,7 @@ pub(super) struct PictureId<'a> {
 }
 
 /// The command that replays a sample of one of the pictures that `args` describe.
-pub(super) fn command(args: &RenderArgs, picture: PictureId, id: &SampleId) -> String {
+pub(super) fn command(args: &RenderArgs, common: &Common, picture: PictureId, id: &SampleId) -> String {
     let mut words = vec!["bhs render".to_owned(), quoted(&args.scene.to_string_lossy()).into_owned()];
     let mut flag = |name: &str, value: Option<String>| {
         if let Some(value) = value {
@@ -32,19 +32,21 @@ pub(super) fn command(args: &RenderArgs, picture: PictureId, id: &SampleId) -> S
     flag("pixel", Some(format!("{x},{y}")));
     flag("sample", Some(sample.to_string()));
     // Whatever changes what a sample finds.
+    for file in &common.include {
+        flag("include", Some(file.to_string_lossy().into_owned()));
+    }
     flag("camera", picture.camera.map(str::to_owned));
     flag("seed", picture.seed.map(|n| n.to_string()));
     for (name, value) in picture.variables {
         flag("define", Some(format!("{name}={value}")));
     }
     flag("integrator", args.scene_args.integrator.clone());
-    flag("transport", args.transport.clone());
-    flag("spp", args.spp.map(|n| n.to_string()));
-    flag("resolution", args.resolution.map(|[w, h]| format!("{w}x{h}")));
-    flag("crop", args.crop.map(|c| c.map(|f| f.to_string()).join(",")));
-    if args.quick {
-        words.push("--quick".to_owned());
-    }
+    flag("transport", args.picture.transport.clone());
+    flag("spp", args.picture.spp.map(|n| n.to_string()));
+    flag("resolution", args.picture.resolution.map(|[w, h]| format!("{w}x{h}")));
+    flag("crop", args.picture.crop.map(|c| c.map(|f| f.to_string()).join(",")));
+    let switches = [("--quick", args.quick), ("--pbrt", common.pbrt)];
+    words.extend(switches.iter().filter(|(_, is_given)| *is_given).map(|(switch, _)| (*switch).to_owned()));
     words.join(" ")
 }
 
@@ -116,24 +118,30 @@ mod tests {
 
     #[test]
     fn the_command_says_all_that_changes_a_sample_and_can_be_read_back() {
-        let parse = |words: &[&str]| match Cli::try_parse_from(words).expect("a command line").command {
-            Command::Render(args) => args.each().next().expect("a scene"),
-            other => panic!("{other:?}"),
+        let parse = |words: &[&str]| {
+            let cli = Cli::try_parse_from(words).expect("a command line");
+            let common = Common::of(&cli).expect("no root");
+            match cli.command {
+                Command::Render(args) => (args.each().next().expect("a scene"), common),
+                other => panic!("{other:?}"),
+            }
         };
-        let words = "bhs render room.bhs --seed 9 --integrator straight --transport path --spp 4 --resolution 8x6 --crop 0,0.5,0,1 --quick \
+        let words = "bhs render room.bhs --pbrt --include hole.bhs --seed 9 --integrator straight --transport path --spp 4 --resolution 8x6 --crop 0,0.5,0,1 --quick \
                      --quiet --threads 2 --aov depth -o x.exr";
-        let args = parse(&words.split_whitespace().collect::<Vec<_>>());
+        let (args, common) = parse(&words.split_whitespace().collect::<Vec<_>>());
         let id = SampleId { pixel: [3, 5], sample: 7 };
         let variables = [("x".to_owned(), -0.1)];
-        let said = command(&args, PictureId { camera: Some("left"), variables: &variables, seed: args.scene_args.seed }, &id);
+        let said =
+            command(&args, &common, PictureId { camera: Some("left"), variables: &variables, seed: args.scene_args.seed }, &id);
         assert_eq!(
             said,
-            "bhs render room.bhs --pixel 3,5 --sample 7 --camera left --seed 9 --define x=-0.1 --integrator straight \
-             --transport path --spp 4 --resolution 8x6 --crop 0,0.5,0,1 --quick"
+            "bhs render room.bhs --pixel 3,5 --sample 7 --include hole.bhs --camera left --seed 9 --define x=-0.1 --integrator straight \
+             --transport path --spp 4 --resolution 8x6 --crop 0,0.5,0,1 --quick --pbrt"
         );
-        let again = parse(&said.split_whitespace().collect::<Vec<_>>());
+        let (again, common) = parse(&said.split_whitespace().collect::<Vec<_>>());
         assert_eq!((again.pixel, again.sample, again.camera.as_deref()), (Some([3, 5]), Some(7), Some("left")));
         assert_eq!(again.scene_args.definitions.define, variables);
+        assert!(common.pbrt && common.include == [std::path::Path::new("hole.bhs")]);
         assert_eq!(quoted("it's a room.bhs"), r"'it'\''s a room.bhs'");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::replay::look_through;
 use super::{Common, ExitStatus, load_labelled, overrides};
-use crate::cli::TraceArgs;
+use crate::cli::{PictureArgs, TraceArgs};
 use crate::lang::Overrides;
 use crate::render::Job;
 use crate::say;
@@ -26,7 +26,7 @@ pub fn trace(args: &TraceArgs, common: &Common) -> Result<ExitStatus> {
         without_camera: args.pixel.is_empty(),
         camera: args.camera.clone(),
         resolution: args.resolution,
-        ..overrides(&args.scene_args)
+        ..overrides(&args.scene_args, &PictureArgs::default())
     };
     let Some((mut built, labels, _)) = load_labelled(&args.scene, &overrides, common) else { return Ok(ExitStatus::Fault) };
     let mut out = BufWriter::new(std::io::stdout().lock());

@@ -52,7 +52,7 @@ pub fn watch(args: &WatchArgs, common: &Common, signals: &Signals) -> Result<Exi
         common,
         registry: Registry::builtin(),
         cache: Arc::default(),
-        pool: start_threads(args.threads)?,
+        pool: start_threads(args.picture.threads)?,
         display: args.show.display(args.quiet),
     };
     signals.end_at_once(discard_all);
@@ -117,7 +117,7 @@ impl Watch<'_> {
 
     fn overrides(&self, keys: &Keys) -> Overrides {
         let args = self.args;
-        let general = overrides(&args.scene_args);
+        let general = overrides(&args.scene_args, &args.picture);
         let variables = Variables {
             keys: args.frame.map_or_else(Vec::new, |frame| keys.at(f64::from(frame))),
             frame: args.frame,
@@ -126,11 +126,7 @@ impl Watch<'_> {
         };
         Overrides {
             variables,
-            transport: args.transport.clone(),
             camera: args.camera.clone(),
-            spp: args.spp,
-            resolution: args.resolution,
-            crop: args.crop,
             layers: args.aov.clone(),
             quick: args.quick,
             look: args.tone.changes(),

@@ -2,13 +2,12 @@
 
 use super::Texts;
 use super::channels::{self, Found, Known};
-use crate::image::{Frame, Picture};
+use crate::image::{Frame, Picture, word};
 use crate::layers::LayerPicture;
 use crate::look::Look;
 use anyhow::{Context, Result, anyhow};
 use bhs_textures::decode::exr_parts::{self, Channel, Shown};
 use exr::meta::MetaData;
-use exr::meta::attribute::AttributeValue;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -151,12 +150,5 @@ fn cannot_read(path: &Path, bytes: &[u8], why: &str) -> anyhow::Error {
 fn header(bytes: &[u8]) -> BTreeMap<String, String> {
     let Ok(meta) = MetaData::read_from_buffered(Cursor::new(bytes), false) else { return BTreeMap::new() };
     let Some(first) = meta.headers.first() else { return BTreeMap::new() };
-    let word = |value: &AttributeValue| match value {
-        AttributeValue::Text(text) => Some(text.to_string()),
-        AttributeValue::F64(x) => Some(x.to_string()),
-        AttributeValue::F32(x) => Some(x.to_string()),
-        AttributeValue::I32(x) => Some(x.to_string()),
-        _ => None,
-    };
     first.own_attributes.other.iter().filter_map(|(name, value)| Some((name.to_string(), word(value)?))).collect()
 }

@@ -60,6 +60,35 @@ impl<'a> Plan<'a> {
         }
     }
 
+    /// The same of a file that is not to replace one, if `no_overwrite` says so.
+    pub fn claim_unless_there(&mut self, path: &Path, by: NamedBy, no_overwrite: bool) -> Option<OutputFile> {
+        if no_overwrite && self.is_there(path) {
+            return None;
+        }
+        let file = self.claim(path, by)?;
+        Some(if no_overwrite { file.never_replacing() } else { file })
+    }
+
+    /// Whether a file stands there already, which is wrong with one that is not to replace any.
+    pub fn is_there(&mut self, path: &Path) -> bool {
+        let is_there = fs::symlink_metadata(path).is_ok();
+        if is_there {
+            let message = format!("`{}` is there already, and --no-overwrite is given", path.display());
+            self.refuse(Diagnostic::error("would-overwrite", message));
+        }
+        is_there
+    }
+
+    /// Whether the name of a file ends as it has to, in small letters or large ones; `help` is for who wrote another one.
+    pub fn ends_in(&mut self, path: &Path, ending: &str, help: &str, by: NamedBy) -> bool {
+        let ends = path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+        if !ends {
+            let message = format!("cannot write `{}`: the output's name ends in .{ending}", path.display());
+            self.refuse(at(by, Diagnostic::error("output-not-exr", message).help(help)));
+        }
+        ends
+    }
+
     /// Notes something else that is wrong with the outputs.
     pub fn refuse(&mut self, diagnostic: Diagnostic) {
         self.found.push(diagnostic);
