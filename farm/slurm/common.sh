@@ -9,6 +9,11 @@ is_number() {
     case $1 in '' | *[!0-9]*) return 1 ;; esac
 }
 
+# A number as shells compute with it: with leading zeros it would be octal.
+decimal() {
+    printf '%s' "$1" | sed 's/^0*\([0-9]\)/\1/'
+}
+
 # A word as a shell reads it back.
 quoted() {
     printf "'%s'" "$(printf '%s' "$1" | sed "s/'/'\\\\''/g")"
@@ -29,32 +34,34 @@ numbers() {
     seq "$first" "$step" "$last"
 }
 
-# Files of frame $1 with the ending $2, of all cameras, and whether there is one.
-of_frame() {
-    digits=$(printf '%04d' "$1")
-    for file in "${output%.exr}.$digits.$2" "${output%.exr}".*."$digits.$2"; do
+# Those of the files that are there.
+that_are_there() {
+    for file in "$@"; do
         [ ! -e "$file" ] || printf '%s\n' "$file"
     done
 }
 
-# Files of part $1 with the ending $2, of all cameras.
-of_part() {
-    for file in "$work/$1.$2" "$work/$1".*."$2"; do
-        [ ! -e "$file" ] || printf '%s\n' "$file"
-    done
+# What task $1 has made: its picture or part, of all cameras.
+results() {
+    if [ -n "$parts" ]; then
+        that_are_there "$work/$1.bhspart" "$work/$1".*.bhspart
+    else
+        digits=$(printf '%04d' "$1")
+        that_are_there "${output%.exr}.$digits.exr" "${output%.exr}".*."$digits.exr"
+    fi
 }
 
-# Files of task $1: its picture or part with $2 `result`, its state with $2 `checkpoint`.
-of_task() {
-    case ${parts:+part}:$2 in
-        part:result) of_part "$1" bhspart ;;
-        :result) of_frame "$1" exr ;;
-        part:*) of_part "$1" "$2" ;;
-        *) of_frame "$1" "$2" ;;
-    esac
+# What task $1 goes on from: its checkpoints and those before them, of all cameras. They lie in the folder of the job, where all is its own.
+states() {
+    that_are_there "$work/state.$1.checkpoint" "$work/state.$1".*.checkpoint
+}
+
+# Slurm's jobs of this one, separated by commas; nothing if there are none.
+job_ids() {
+    [ ! -s "$work/jobs" ] || paste -s -d , "$work/jobs"
 }
 
 # Whether task $1 is done: that has a mark, for a frame that was stopped has a picture too; and what it has made is still there.
 is_done() {
-    [ -e "$work/done.$1" ] && [ -n "$(of_task "$1" result)" ]
+    [ -e "$work/done.$1" ] && [ -n "$(results "$1")" ]
 }

@@ -164,16 +164,22 @@ same alone room
 
 step 'a film of 24 frames; a task is told to end'
 cluster_revive_node 2
-"$here/submit" room.bhs -o film.exr --frames 1-24 --cpus 1 --time 10 -- --keys room.csv --spp 96 --resolution 80x60
+# The state of a film that is called alike.
+: > film.other.0001.checkpoint
+"$here/submit" room.bhs -o film.exr --frames 01-24 --cpus 1 --time 10 -- --keys room.csv --spp 96 --resolution 80x60
 film_works() { squeue -h -t running -o %i | grep -q .; }
 within 120 film_works
-within 300 sh -c "ls film.*.checkpoint"
+within 300 sh -c "ls film.farm/state.*.checkpoint"
+# What runs is not started a second time.
+before=$(squeue -h --array -o %i | wc -l)
+"$here/resubmit" film.farm
+[ "$(squeue -h --array -o %i | wc -l)" -le "$before" ] || die 'tasks that are under way were submitted again'
 # It says that the job is changing when it has been put into the queue again by then.
 scancel --signal=TERM --batch "$(squeue -h -t running --array -o %i | tail -n 1)" || true
 within 900 "$here/status" film.farm
 "$here/status" film.farm
 for frame in $(seq -w 1 24); do same "film_alone.00$frame" "film.00$frame"; done
-[ -z "$(ls | grep checkpoint)" ] || die 'checkpoints are left'
+[ "$(ls . film.farm | grep checkpoint)" = film.other.0001.checkpoint ] || die 'checkpoints are left, or those of others are gone'
 grep -h 'is kept' film.farm/log/* || die 'no task was stopped'
 
 step 'a part that meets its time limit goes on later'
