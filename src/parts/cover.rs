@@ -1,6 +1,6 @@
 //! What a part of a picture covers: samples of a window.
 
-use bhs_core::camera::Film;
+use bhs_core::camera::{Film, Look};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use serde_json::{Value, json};
 use std::fmt;
@@ -160,6 +160,15 @@ impl Film for Windowed<'_> {
     #[inline]
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]) {
         self.film.add(radiance, lambda, sums);
+    }
+
+    #[inline]
+    fn limited(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.film.limited(radiance, lambda)
+    }
+
+    fn look(&self) -> Look {
+        self.film.look()
     }
 
     fn bloom(&self) -> f64 {

@@ -131,14 +131,10 @@ pub trait Film: Send + Sync {
     fn add(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths, sums: &mut [f64]);
 
     /// How its picture is shown.
-    fn look(&self) -> Look {
-        Look::default()
-    }
+    fn look(&self) -> Look;
 
     /// The sample of `radiance` as far as the film takes it, before it is weighted.
-    fn limited(&self, radiance: SampledSpectrum, _lambda: &SampledWavelengths) -> SampledSpectrum {
-        radiance
-    }
+    fn limited(&self, radiance: SampledSpectrum, lambda: &SampledWavelengths) -> SampledSpectrum;
 
     /// Radius of the glare around what is bright in the picture that is displayed (pixels, at 550 nm); 0: none.
     fn bloom(&self) -> f64 {
