@@ -41,20 +41,18 @@ impl Drop for LastLine {
 }
 
 fn run(cli: &Cli) -> Result<ExitStatus> {
+    // Whoever listens hears of whatever fails from here on.
+    match &cli.command {
+        Command::Render(args) => message::begin(args.show.messages(), commands::start(&args.scenes)),
+        Command::Watch(args) => message::begin(args.show.messages(), commands::start(&[&args.scene])),
+        Command::Merge(args) => message::begin(args.messages(), commands::start(&args.parts)),
+        _ => {}
+    }
     let common = &Common::of(cli)?;
     match &cli.command {
-        Command::Render(args) => {
-            message::begin(args.show.messages(), commands::start(&args.scenes));
-            commands::render(args, common, &Signals::listen())
-        }
-        Command::Watch(args) => {
-            message::begin(args.show.messages(), commands::start(&[&args.scene]));
-            commands::watch(args, common, &Signals::listen())
-        }
-        Command::Merge(args) => {
-            message::begin(args.messages(), commands::start(&args.parts));
-            commands::merge(args, common)
-        }
+        Command::Render(args) => commands::render(args, common, &Signals::listen()),
+        Command::Watch(args) => commands::watch(args, common, &Signals::listen()),
+        Command::Merge(args) => commands::merge(args, common),
         Command::Check { scenes, json, definitions } => commands::check(scenes, definitions, *json, common),
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man { command } => commands::man(command.as_deref()),
