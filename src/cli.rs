@@ -16,6 +16,7 @@ pub use show::ShowArgs;
 pub use watch::WatchArgs;
 
 use crate::animation::FrameRange;
+use crate::checkpoint;
 use crate::lang::variables::FRAMES_PER_SECOND;
 use crate::parts::PartArgs;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
@@ -212,7 +213,8 @@ pub struct RenderArgs {
     /// Samples per pixel that --time leaves at least; 1 if not given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub min_spp: Option<u32>,
-    /// Save the state of the render now and then, so that --resume can go on from it: beside the picture, as NAME.checkpoint, or in FILE
+    /// Save the state of the render now and then, so that --resume can go on from it: beside the picture, as NAME.checkpoint, beside a part, as
+    /// NAME.bhspart.checkpoint, or in FILE
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     pub checkpoint: Option<Option<PathBuf>>,
     /// Seconds between checkpoints; the first one comes soon
@@ -309,7 +311,7 @@ impl RenderArgs {
         match &self.checkpoint {
             Some(Some(path)) => Some(named(path)),
             None if !self.resume => None,
-            _ => Some(exr.with_extension("checkpoint")),
+            _ => Some(checkpoint::beside(exr)),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::common;
 use crate::common::process::{Folder, files};
+use crate::common::room::{CAMERA, room};
 use bhs::checkpoint::{self, Identity, Refusal};
 use bhs::image::Picture;
 use bhs::lang::{BuiltScene, Overrides};
@@ -10,28 +11,9 @@ use bhs::render::{Ended, Job, Limits, RenderState, Rendered};
 use bhs::signals::Signals;
 use std::time::Duration;
 
-/// A film, a sampler, a way of gathering light, and a room with a hole, a lamp and something glossy.
+/// A film, a sampler and a way of gathering light, in the room.
 fn scene(film: &str, samples: &str, transport: &str) -> String {
-    format!(
-        r#"
-        {film}
-        Sampler {samples}
-        LightTransport "path" {transport}
-        LookAt 0 1 -4  0 1 0  0 1 0
-        Camera "perspective" "float fov" 45
-        WorldBegin
-        BlackHole "schwarzschild" "point3 center" [0 1.5 0] "float rs" 0.1
-        LightSource "infinite" "rgb L" [0.7 0.8 1]
-        Shape "sphere" "float radius" 0.6
-        AttributeBegin
-            Translate 1 1 1.5
-            Material "conductor" "float roughness" 0.2
-            Shape "sphere" "float radius" 0.6
-        AttributeEnd
-        Rotate -90 1 0 0
-        Shape "disk" "float radius" 3
-        "#
-    )
+    room(&format!("{film}\nSampler {samples}\nLightTransport \"path\" {transport}"), CAMERA, "")
 }
 
 const SMALL: &str = r#""integer xresolution" 40 "integer yresolution" 24"#;

@@ -46,14 +46,26 @@ fn programs_hear_of_a_render_line_by_line() {
 }
 
 #[test]
+fn what_is_finished_says_how_many_samples_it_was_to_have() {
+    let folder = Folder::new(SMALL);
+    for _ in 0..2 {
+        let run = folder.run(&["render", "scene.bhs", "--resume", "--progress", "json"]);
+        let all = events(&run.err);
+        let last = all.iter().rfind(|e| e["event"] == "progress").expect("one at least");
+        assert_eq!((&last["spp"], &last["total_spp"]), (&2.into(), &2.into()), "{}", run.err);
+    }
+}
+
+#[test]
 fn the_last_event_carries_the_failure() {
     let folder = Folder::new(SMALL);
     folder.write("faulty.bhs", format!("{SMALL}Shape \"spheer\"\nShape \"cubee\"\n"));
-    let cases: [(&[&str], i32, &str); 4] = [
+    let cases: [(&[&str], i32, &str); 5] = [
         (&["render", "faulty.bhs"], 1, "spheer"),
         (&["render", "nothing.bhs"], 1, "nothing.bhs"),
         (&["render", "scene.bhs", "-o", "nowhere/x.exr"], 1, "nowhere"),
         (&["render", "scene.bhs", "--false-color"], 2, "--aov"),
+        (&["render", "scene.bhs", "--root", "no/such/folder"], 1, "no/such/folder"),
     ];
     for (args, code, word) in cases {
         let run = folder.run(&[args, &["--progress", "json"]].concat());

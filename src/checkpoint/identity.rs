@@ -21,16 +21,21 @@ const PARTS: &[(&str, &str)] = &[
     ("layers", "film layers"),
     ("wavelengths", "film wavelengths"),
     ("first_sample", "first sample"),
+    ("kind", "kind of render"),
 ];
 
 impl Identity {
     /// That of the current camera of a scene.
     pub fn of(built: &BuiltScene) -> Self {
-        Self::of_window(built, built.film.crop(), 0)
+        Self::of_samples(built, "picture", built.film.crop(), 0)
     }
 
-    /// The same of a window of its film, from a sample on.
-    pub fn of_window(built: &BuiltScene, window: [u32; 4], first_sample: u32) -> Self {
+    /// That of a part of it: a window of its film, from a sample on. One that covers all of the picture is a part all the same.
+    pub fn of_part(built: &BuiltScene, window: [u32; 4], first_sample: u32) -> Self {
+        Self::of_samples(built, "part", window, first_sample)
+    }
+
+    fn of_samples(built: &BuiltScene, kind: &str, window: [u32; 4], first_sample: u32) -> Self {
         let film = &*built.film;
         let layers: Vec<&str> = built.layers.iter().map(|layer| layer.name).collect();
         Self(json!({
@@ -46,6 +51,7 @@ impl Identity {
             "layers": layers,
             "wavelengths": film.lambda_range(),
             "first_sample": first_sample,
+            "kind": kind,
             "samples": built.sampler.samples_per_pixel(),
         }))
     }

@@ -136,12 +136,43 @@ impl CheckpointFile {
         }
     }
 
+    /// Removes the last checkpoint and the one before it, as far as they are of this render: what else stands there stays.
+    pub fn remove_own(&self) {
+        for path in [previous(&self.path), self.path.clone()] {
+            let is_own = head(&path).is_some_and(|head| self.identity.difference(&head, self.fixed_samples).is_none());
+            if is_own {
+                // One that stays does no harm: whoever goes on from it finds it finished.
+                let _ = std::fs::remove_file(path);
+            }
+        }
+    }
+
     /// The state with what the file at `path` holds.
     fn take_over<'a>(&self, path: &Path, mut state: RenderState<'a>) -> Result<RenderState<'a>, Refusal> {
         let file = File::open(path).map_err(ReadError::from)?;
         read(BufReader::with_capacity(1 << 16, file), &self.identity, self.fixed_samples, &mut state)?;
         Ok(state)
     }
+}
+
+/// What the checkpoint at `path` is of, if it is one.
+fn head(path: &Path) -> Option<Identity> {
+    let (file, _) = crate::files::open(path).ok()?;
+    match Reader::new(BufReader::new(file)).ok()?.section().ok()? {
+        (HEAD, content) => Identity::from_json(&content),
+        _ => None,
+    }
+}
+
+/// Where the checkpoint of a picture or of a part stands that nobody names: `NAME.checkpoint` of `NAME.exr`, `NAME.bhspart.checkpoint` of
+/// `NAME.bhspart`, so that a picture and a part of it have each their own.
+pub fn beside(output: &Path) -> PathBuf {
+    if output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr")) {
+        return output.with_extension("checkpoint");
+    }
+    let mut name = output.file_name().unwrap_or_default().to_owned();
+    name.push(".checkpoint");
+    output.with_file_name(name)
 }
 
 /// Where the checkpoint before the one at `path` is kept.

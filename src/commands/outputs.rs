@@ -4,7 +4,7 @@ use super::finished::Finished;
 use super::part;
 use super::render::{closing_words, stats_json};
 use crate::animation::digits;
-use crate::checkpoint::previous;
+use crate::checkpoint::{self, previous};
 use crate::cli::RenderArgs;
 use crate::develop::{self, Content, Texts};
 use crate::false_color::{self, FalseColor};
@@ -157,8 +157,10 @@ pub(super) struct Outputs {
     /// A false-colour picture for each layer, if they are asked for.
     shown: Vec<OutputFile>,
     stats: Option<OutputFile>,
-    /// The checkpoint, if there is to be one.
+    /// The checkpoint, if there is to be one; of a part that is stopped there is one in any case.
     checkpoint: Option<OutputFile>,
+    /// Whether it is asked for.
+    is_saved: bool,
     /// Whether the picture has been written, as far as it was.
     is_written: AtomicBool,
 }
@@ -200,10 +202,11 @@ impl Outputs {
         if let Some(Err(why)) = naming.args.map(|args| part::cover(args, built)) {
             plan.refuse(Diagnostic::error("no-part", why));
         }
-        let checkpoint = naming.args.and_then(|args| {
-            let is_named = matches!(args.checkpoint, Some(Some(_)));
-            let path = args.checkpoint_for(&exr_path, own_name);
-            path.map(|path| claim_checkpoint(plan, &path, if is_named { NamedBy::CommandLine } else { by }))
+        let asked = naming.args.and_then(|args| args.checkpoint_for(&exr_path, own_name));
+        let is_saved = asked.is_some();
+        let checkpoint = asked.or_else(|| is_part.then(|| checkpoint::beside(&exr_path))).map(|path| {
+            let is_named = naming.args.is_some_and(|args| matches!(args.checkpoint, Some(Some(_))));
+            claim_checkpoint(plan, &path, if is_named { NamedBy::CommandLine } else { by })
         });
         let shown = shown.into_iter().collect::<Option<_>>()?;
         let (png, stats, checkpoint) = (none_or(png)?, none_or(stats)?, none_or(checkpoint)?);
@@ -217,6 +220,7 @@ impl Outputs {
             shown,
             stats,
             checkpoint,
+            is_saved,
             is_written: AtomicBool::new(false),
         })
     }
@@ -240,9 +244,9 @@ impl Outputs {
         self.exr.path()
     }
 
-    /// Where its checkpoint stands, if there is to be one.
-    pub fn checkpoint(&self) -> Option<&Path> {
-        self.checkpoint.as_ref().map(OutputFile::path)
+    /// Where its checkpoint stands, if there is one, and whether it is saved now and then: of a part only when that is stopped, if nobody asks.
+    pub fn checkpoint(&self) -> Option<(&Path, bool)> {
+        self.checkpoint.as_ref().map(|file| (file.path(), self.is_saved))
     }
 
     /// The file of a part, and its statistics, if they are asked for.

@@ -4,16 +4,17 @@ use super::ExitStatus;
 use super::outputs::Outputs;
 use super::picture::Session;
 use super::render::stats_json;
-use crate::checkpoint::{CheckpointFile, previous};
+use crate::checkpoint::{CheckpointFile, Found};
 use crate::cli::RenderArgs;
 use crate::lang::BuiltScene;
 use crate::output::{Kept, OutputSet};
 use crate::parts::Cover;
 use crate::parts::file::{self, PartHead};
-use crate::render::Rendered;
+use crate::render::{RenderState, Rendered};
 use crate::say;
 use crate::signals::StopSignal;
 use crate::stats::Phases;
+use anyhow::{Result, bail};
 use std::io::Write;
 
 /// How the names of parts end.
@@ -53,6 +54,7 @@ pub(super) fn unfit(args: &RenderArgs) -> Option<String> {
             args.denoise,
             "is for pictures, and a part is none; give all parts `--aov albedo --aov normal`, and `bhs denoise` the merged one",
         ),
+        ("--display-server", args.show.display_server.is_some(), "shows pictures, and a part is none"),
         ("--preview", args.frames.preview.is_some(), "shows pictures, and a part is none"),
         ("--pixel", args.pixel.is_some(), "replays a sample, whatever the part"),
     ];
@@ -63,14 +65,31 @@ pub(super) fn unfit(args: &RenderArgs) -> Option<String> {
 /// Whether the file of a part is there, whole. Says so.
 pub(super) fn is_there(built: &BuiltScene, cover: Cover, outputs: &Outputs, quiet: bool) -> bool {
     let path = outputs.exr_path();
-    let is_there = path.exists() && file::holds(path, &PartHead::of(built, cover, outputs.frame));
+    let is_there = path.exists() && file::holds(path, &PartHead::of(built, cover, outputs.frame), (&*built.film, &built.layers));
     if is_there && !quiet {
         say!("`{}` is there already, and whole: {cover}", path.display());
     }
     is_there
 }
 
-/// Writes a part that is whole, and removes what it would have gone on from. Whether it is in its place.
+/// Makes sure that a part can go on from what it has found.
+///
+/// # Errors
+/// If that is of a part with the same first sample, and has samples that this one is not to have.
+pub(super) fn fits(state: &RenderState, cover: Cover, found: &Found) -> Result<()> {
+    let (Found::File(path, _), [_, most]) = (found, state.frame().sample_counts()) else { return Ok(()) };
+    let end = cover.samples[1];
+    if most > end {
+        let path = path.display();
+        bail!(
+            "cannot resume from `{path}`: it is of a longer part, with samples up to {most}, and this one ends at {end}; \
+             delete it, or give this part another -o"
+        );
+    }
+    Ok(())
+}
+
+/// Writes a part that is whole, and removes what it would have gone on from. Whether it is in its place, and all who listen know.
 pub(super) fn write(
     built: &BuiltScene,
     cover: Cover,
@@ -95,15 +114,14 @@ pub(super) fn write(
     phases.end("write");
     if in_place {
         if let Some(file) = checkpoint {
-            // Whether or not there is one: it is of no more use.
-            let _ = std::fs::remove_file(file.path());
-            let _ = std::fs::remove_file(previous(file.path()));
+            // It is of no more use.
+            file.remove_own();
         }
         if !session.args.quiet {
             say!("{}: {cover}, in {:.1} s, {:.1} s in all", outputs.exr_path().display(), rendered.seconds, phases.total());
         }
     }
-    in_place
+    session.tell(built, (outputs.exr_path(), rendered), phases, in_place) && in_place
 }
 
 /// The exit code of a render that a signal has stopped: of a part that is kept, that it can be tried again.

@@ -53,18 +53,14 @@ pub(super) struct Session<'s> {
 }
 
 impl Session<'_> {
-    /// The checkpoint of the picture `exr` of the current camera, if there is to be one.
-    fn checkpoint(&self, built: &BuiltScene, part: Option<Cover>, outputs: &Outputs) -> Option<CheckpointFile> {
-        let path = outputs.checkpoint()?;
-        Some(self.checkpoint_at(path, built, part))
-    }
-
-    fn checkpoint_at(&self, path: &Path, built: &BuiltScene, part: Option<Cover>) -> CheckpointFile {
+    /// The checkpoint of the picture of the current camera, if there is one, and whether it is saved now and then.
+    fn checkpoint(built: &BuiltScene, part: Option<Cover>, outputs: &Outputs) -> Option<(CheckpointFile, bool)> {
+        let (path, is_saved) = outputs.checkpoint()?;
         let identity = match part {
             None => Identity::of(built),
-            Some(Cover { window, samples: [first, _] }) => Identity::of_window(built, window, first),
+            Some(Cover { window, samples: [first, _] }) => Identity::of_part(built, window, first),
         };
-        CheckpointFile::new(path.to_owned(), identity, built.sampler.depends_on_count())
+        Some((CheckpointFile::new(path.to_owned(), identity, built.sampler.depends_on_count()), is_saved))
     }
 
     /// Renders the picture of the current camera and writes its files. How it ended, and whether all files are in their places.
@@ -74,31 +70,40 @@ impl Session<'_> {
     pub fn render(&self, built: &BuiltScene, outputs: Outputs, phases: &mut Phases) -> Result<(Ended, bool)> {
         let Self { args, signals, pool, ref rescue, progress, .. } = *self;
         let part = part::cover(args, built).map_err(anyhow::Error::msg)?;
-        let checkpoint = self.checkpoint(built, part, &outputs);
+        let (checkpoint, is_saved) = Self::checkpoint(built, part, &outputs).unzip();
+        let checkpoint = checkpoint.as_ref();
+        let most = part.map_or(built.sampler.samples_per_pixel(), |cover| cover.samples[1]);
+        // What is finished has no wave that would tell of it.
+        progress.wave(part.map_or(0, |cover| cover.samples[0]), most);
         if args.resume
             && let Some(cover) = part
             && part::is_there(built, cover, &outputs, args.quiet)
         {
             progress.skip(cover.size());
             progress.picture_done(cover.samples[1], true);
+            if let Some(file) = checkpoint {
+                file.remove_own();
+            }
             return Ok((Ended::Complete, true));
         }
-        let most = part.map_or(built.sampler.samples_per_pixel(), |cover| cover.samples[1]);
         let windowed = part.map(|cover| Windowed::new(&*built.film, cover.window));
         let film: &dyn Film = windowed.as_ref().map_or(&*built.film, |windowed| windowed);
         let first_sample = part.map_or(0, |cover| cover.samples[0]);
         let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
         let new = || pool.install(|| RenderState::new(Job { film, first_sample, ..Job::of(built) }));
-        let state = match checkpoint.as_ref().filter(|_| args.resume) {
+        let state = match checkpoint.filter(|_| args.resume) {
             None => new()?,
             Some(file) => {
                 let (state, found) = file.resume(new)?;
+                if let Some(cover) = part {
+                    part::fits(&state, cover, &found)?;
+                }
                 if self.is_finished(&state, &found, most) {
                     phases.end("render");
                     let rendered = state.rendered(Ended::Complete);
                     progress.picture_done(rendered.samples, true);
                     if let Some(cover) = part {
-                        let in_place = part::write(built, cover, &rendered, (&outputs, checkpoint.as_ref()), phases, self);
+                        let in_place = part::write(built, cover, &rendered, (&outputs, checkpoint), phases, self);
                         return Ok((Ended::Complete, in_place));
                     }
                     // Whatever ended the program before may have come between the checkpoint and the pictures.
@@ -115,7 +120,8 @@ impl Session<'_> {
         if let Some(display) = self.display {
             display.begin(&self.shown_as(&outputs), state.shared_frame());
         }
-        let saver = Saver { state: &state, file: checkpoint.as_ref(), outputs: &outputs, built, session: self };
+        let file = checkpoint.filter(|_| is_saved == Some(true));
+        let saver = Saver { state: &state, file, outputs: &outputs, built, session: self };
         let ended = std::thread::scope(|scope| {
             let (done, is_done) = mpsc::channel::<()>();
             let saver = &saver;
@@ -125,7 +131,7 @@ impl Session<'_> {
             ended
         });
         phases.end("render");
-        progress.aside(|| self.keep((built, part), (&state, ended), (&outputs, checkpoint.as_ref()), phases))
+        progress.aside(|| self.keep((built, part), (&state, ended), (&outputs, checkpoint), phases))
     }
 
     /// Writes what has been rendered. How it ended, and whether all files are in their places.
@@ -144,11 +150,8 @@ impl Session<'_> {
             return Ok((ended, true));
         }
         // A part is whole or not there: of one that was stopped there is what it can go on from.
-        let of_part = part.filter(|_| ended != Ended::Complete);
-        let own = of_part.map(|_| self.checkpoint_at(&outputs.exr_path().with_extension("checkpoint"), built, part));
-        let checkpoint = checkpoint.or(own.as_ref());
         // First what the render can go on from. The picture is written whether or not that succeeds.
-        let saved = checkpoint.filter(|_| part.is_none() || of_part.is_some());
+        let saved = checkpoint.filter(|_| part.is_none() || ended != Ended::Complete);
         let saved = saved.map_or(Ok(()), |file| file.save(state));
         phases.end("checkpoint");
         if let Err(error) = &saved {
@@ -200,12 +203,16 @@ impl Session<'_> {
 
     /// Tells the viewer, and programs that listen, of a picture that has been written, as far as it was. Whether they could be told.
     fn announce(&self, built: &BuiltScene, (outputs, finished): (&Outputs, &Finished), phases: &Phases, in_place: bool) -> bool {
-        let rendered = finished.rendered;
         if let Some(display) = self.display {
             display.end(&self.shown_as(outputs), finished.all_channels().into_owned());
         }
+        self.tell(built, (outputs.exr_path(), finished.rendered), phases, in_place)
+    }
+
+    /// Tells programs that listen of a picture, or of a part, whose file is `path`. Whether they could be told.
+    pub fn tell(&self, built: &BuiltScene, (path, rendered): (&Path, &Rendered), phases: &Phases, in_place: bool) -> bool {
         let what = json!({
-            "output": outputs.exr_path().to_string_lossy(),
+            "output": path.to_string_lossy(),
             "camera": built.camera_name,
             "spp": rendered.samples,
             "seconds": rendered.seconds,

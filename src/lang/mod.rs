@@ -19,6 +19,7 @@ pub mod defaults;
 pub mod description;
 mod emitters;
 mod errors;
+mod film;
 mod foreign;
 pub mod format;
 mod frame_check;
@@ -48,6 +49,7 @@ pub mod variables;
 
 pub use build::{BuiltScene, build};
 pub use description::SceneDescription;
+pub use film::film_alone;
 pub use format::format;
 pub use frame_check::FrameCheck;
 pub use labels::{Label, Labels, load_labelled};

@@ -15,12 +15,14 @@ use crate::checkpoint::format::{ReadError, Reader, SectionKind, Writer};
 use crate::checkpoint::{Identity, from_statistics, statistics};
 use crate::film::Tile;
 use crate::header::Facts;
-use crate::lang::{BuiltScene, Overrides, SourceMap, load_text};
+use crate::lang::{BuiltScene, SourceMap, film_alone};
+use crate::point_picture::PointPicture;
 use crate::registry::Registry;
 use crate::render::{Rendered, Snapshot};
 use bhs_core::camera::Film;
 use bhs_engine::layer::NamedLayer;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Write};
 use std::path::Path;
@@ -190,6 +192,24 @@ impl PartReader {
         }
         self.reader.end()
     }
+
+    /// Reads it to its end.
+    ///
+    /// # Errors
+    /// If it is not whole, or one of its tiles is not what its head says.
+    pub fn check(self, film: &dyn Film, layers: &[NamedLayer]) -> Result<(), ReadError> {
+        let head = self.head.clone();
+        let unfit = |what: &str| ReadError::Damaged(what.to_owned());
+        self.pieces(|piece| match piece {
+            Piece::Stars(bytes) => {
+                PointPicture::new(film.channels().len()).add_bytes(&bytes).ok_or_else(|| unfit("its stars do not fit its film"))
+            }
+            Piece::Tile(number, bytes) => {
+                let mut tile = empty_tile(&head, film, layers, number).ok_or_else(|| unfit("it has too many tiles"))?;
+                restore(&mut tile, &bytes, &head)
+            }
+        })
+    }
 }
 
 /// Tiles of a window across and down.
@@ -222,15 +242,14 @@ pub fn restore(tile: &mut Tile, bytes: &[u8], head: &PartHead) -> Result<(), Rea
 
 /// The film of a part and its layers; nothing if its directive makes none.
 pub fn film_of(head: &PartHead) -> Option<(Box<dyn Film>, Vec<NamedLayer>)> {
-    let text = format!("{}\nWorldBegin\nLightSource \"infinite\"\n", head.film);
-    let built = load_text("a part", &text, &Registry::builtin(), &Overrides::default(), &mut SourceMap::new()).ok()?;
-    Some((built.film, built.layers))
+    // Whoever has made the part has written that: it reads no file.
+    film_alone(&head.film, &Registry::builtin(), &mut SourceMap::in_memory(BTreeMap::new()))
 }
 
-/// Whether a file holds the part of the given head, whole.
-pub fn holds(path: &Path, head: &PartHead) -> bool {
+/// Whether a file holds the part of the given head, whole, as `merge` asks; of a film with these layers.
+pub fn holds(path: &Path, head: &PartHead, (film, layers): (&dyn Film, &[NamedLayer])) -> bool {
     PartReader::open(path).is_ok_and(|part| {
         let same = part.head.identity == head.identity && part.head.cover == head.cover && part.head.frame == head.frame;
-        same && part.pieces(|_| Ok(())).is_ok()
+        same && part.check(film, layers).is_ok()
     })
 }

@@ -1,7 +1,7 @@
 //! Which parts belong together, and what is wrong with some: whatever can be said before any sum is added up.
 
 use super::Cover;
-use super::file::{PartHead, PartReader, Piece, empty_tile, film_of, restore};
+use super::file::{PartHead, PartReader, film_of};
 use crate::checkpoint::format::ReadError;
 use bhs_core::camera::Film;
 use bhs_engine::layer::NamedLayer;
@@ -128,15 +128,7 @@ fn examine(path: &Path, open: &impl Fn(&Path) -> Result<File, String>, films: &m
     let (Some((film, layers)), true) = (films.of(&head), inside) else {
         return Err(format!("`{shown}` is damaged: what it is of makes no film"));
     };
-    part.pieces(|piece| match piece {
-        Piece::Stars(_) => Ok(()),
-        Piece::Tile(number, bytes) => {
-            let tile = empty_tile(&head, &**film, layers, number);
-            let mut tile = tile.ok_or_else(|| ReadError::Damaged("it has too many tiles".to_owned()))?;
-            restore(&mut tile, &bytes, &head)
-        }
-    })
-    .map_err(words)?;
+    part.check(&**film, layers).map_err(words)?;
     Ok(head)
 }
 

@@ -67,14 +67,16 @@ pub struct Snapshot {
 }
 
 impl<'a> RenderState<'a> {
-    /// A render that has not begun, with the points of the sky that its picture shows: these are found on the current rayon pool.
+    /// A render that has not begun, with the points of the sky that its picture shows, if it has the first sample: of the parts of a picture
+    /// those show them. They are found on the current rayon pool.
     ///
     /// # Errors
     /// If there is not enough memory for its frame.
     pub fn new(job: Job<'a>) -> Result<Self, OutOfMemory> {
         Ok(Self {
             frame: Arc::new(
-                Framebuffer::from_sample(job.first_sample, job.film, job.layers)?.with_points(sky_points::draw(&job)),
+                Framebuffer::from_sample(job.first_sample, job.film, job.layers)?
+                    .with_points((job.first_sample == 0).then(|| sky_points::draw(&job)).flatten()),
             ),
             layers: LayerCollector::new(job.scene, job.film, job.layers),
             shared: RwLock::new(Shared {

@@ -5,6 +5,7 @@ pub mod lights;
 pub mod physics;
 pub mod process;
 pub mod program;
+pub mod room;
 pub mod viewer;
 
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};
