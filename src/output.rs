@@ -8,7 +8,7 @@ mod plan;
 mod set;
 mod temporary;
 
-pub use plan::{COINCIDE, NamedBy, Plan};
+pub use plan::{COINCIDE, IS_INPUT, NamedBy, Plan};
 pub use set::{Kept, OutputSet, Rescue};
 pub use temporary::{discard_all, ignore_file_size_signal};
 

@@ -136,7 +136,6 @@ const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
     ("output-is-input", "likewise"),
     ("output-not-exr", "likewise"),
     ("outputs-coincide", "likewise"),
-    ("no-part", "of what cannot be split: tests/parts"),
     ("outside-root", "likewise: tests/confined.rs"),
     ("would-overwrite", "likewise"),
     ("camera-inside", "of a picture that is black, when it is done: tests/black"),

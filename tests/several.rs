@@ -83,6 +83,50 @@ fn what_several_scenes_cannot_share_is_refused() {
 }
 
 #[test]
+fn no_scene_writes_what_another_one_reads_or_writes() {
+    let folder = folder();
+    let film = |name: &str, more: &str| {
+        SMALL.replace("\"string filename\" \"small.exr\"", &format!("\"string filename\" \"{name}\" {more}"))
+    };
+    let layers = "\"string layers\" \"normal\"";
+    folder.write("layers.bhs", film("x.exr", layers));
+    folder.write("of_layer.bhs", film("./x.normal.exr", layers));
+    let reads = |file: &str| {
+        let texture = format!("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{file}\"");
+        let shape = "Material \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"";
+        film("reader.exr", "").replace("Shape \"sphere\"", &format!("{texture}\n{shape}"))
+    };
+    folder.write("reads_picture.bhs", reads("small.png"));
+    folder.write("reads_frame.bhs", reads("small.0002.png"));
+    folder.write("reads_text.bhs", film("reader.exr", "").replace("Shape", "Include \"small.exr\"\nShape"));
+    folder.write("small.exr", "# A text.\n");
+    for name in ["small.png", "small.0002.png"] {
+        image::RgbImage::from_pixel(2, 2, image::Rgb([9; 3])).save(folder.at(name)).expect("a PNG");
+    }
+    std::fs::hard_link(folder.at("small.png"), folder.at("hard.png")).expect("links can be made");
+    folder.write("reads_link.bhs", reads("hard.png"));
+    let before = folder.contents();
+    for (scenes, flags) in [
+        (["layers.bhs", "of_layer.bhs"], &["--false-color"][..]),
+        (["scene.bhs", "reads_picture.bhs"], &[]),
+        (["reads_picture.bhs", "scene.bhs"], &[]),
+        (["scene.bhs", "reads_link.bhs"], &[]),
+        (["scene.bhs", "reads_text.bhs"], &[]),
+        (["scene.bhs", "reads_frame.bhs"], &["--frames", "1-2"]),
+    ] {
+        let run = folder.run(&[&["render", "a.bhs"], &scenes[..], flags].concat());
+        let said = run.err.contains("one file") || run.err.contains("reads it as");
+        assert!(run.code == 1 && said && run.err.contains("nothing has been rendered"), "{scenes:?}: {}", run.err);
+        assert!(folder.contents() == before, "{scenes:?}");
+    }
+    // What is read from standard input is looked at when it has its turn, and harms nothing.
+    let run = folder.shell("\"$BHS\" render layers.bhs - --quiet < layers.bhs");
+    assert!(run.code == 1 && run.err.contains("one file") && run.err.contains("`layers.bhs` of this call"), "{}", run.err);
+    // Scenes that share nothing, by the same names or others.
+    assert_eq!(folder.run(&["render", "layers.bhs", "of_layer.bhs", "reads_picture.bhs", "--quiet"]).code, 0);
+}
+
+#[test]
 fn several_scenes_are_checked() {
     let folder = folder();
     let run = folder.run(&["check", "a.bhs", "b.bhs"]);
@@ -154,8 +198,11 @@ fn the_program_says_what_it_is() {
 #[test]
 fn every_help_names_the_exit_codes() {
     let folder = Folder::new(SMALL);
-    let commands = ["render", "watch", "check", "format", "plugins", "trace", "bench", "compare", "completions", "man"];
-    for args in std::iter::once(vec!["--help"]).chain(commands.map(|command| vec![command, "--help"])) {
+    let all = bhs::cli::full_command();
+    let commands = all.get_subcommands().map(|command| vec![command.get_name(), "--help"]);
+    let of_all: Vec<Vec<&str>> = std::iter::once(vec!["--help"]).chain(commands).collect();
+    assert!(of_all.len() > 14, "{of_all:?}");
+    for args in of_all {
         let run = folder.run(&args);
         assert!(run.code == 0 && run.out.contains("Exit codes: 0 done") && run.out.contains("130"), "{args:?}: {}", run.out);
     }

@@ -211,11 +211,19 @@ fn what_cannot_be_watched_is_refused() {
     folder.write("sky.bhs", format!("{}\n{textured}", sky([1, 1, 1])));
     image::RgbImage::from_pixel(2, 2, image::Rgb([9; 3])).save(folder.at("map.png")).expect("a PNG");
     let before = folder.read("map.png");
-    for name in ["small.png", "map.png"] {
+    // A link to what is there, and one to what is not there yet.
+    std::os::unix::fs::symlink("map.png", folder.at("input.png")).expect("links can be made");
+    std::os::unix::fs::symlink("small.png", folder.at("own.png")).expect("links can be made");
+    for name in ["small.png", "./small.png", "own.png", "map.png", "./map.png", "input.png"] {
         let mut watching = Watching::start(&folder, &["scene.bhs", "-o", name]);
         let said = watching.wait_for("waits until");
         assert!(said.contains("error") && said.contains(name), "{said}");
     }
     assert_eq!(folder.read("map.png"), before);
-    assert_eq!(folder.files(), ["map.png", "mesh.ply", "scene.bhs", "sky.bhs"]);
+    assert_eq!(folder.files(), ["input.png", "map.png", "mesh.ply", "own.png", "scene.bhs", "sky.bhs"]);
+    // Nor over the picture of one of several cameras.
+    let cameras = "Camera \"perspective\"\nCamera \"perspective\" \"string name\" \"left\"";
+    folder.write("two.bhs", SMALL.replace("Camera \"perspective\"", cameras));
+    let said = Watching::start(&folder, &["two.bhs", "-o", "./small.left.png"]).wait_for("waits until");
+    assert!(said.contains("`bhs render` writes"), "{said}");
 }

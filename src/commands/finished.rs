@@ -5,9 +5,7 @@ use crate::header::{self, Facts};
 use crate::image::{Attribute, Picture};
 use crate::lang::BuiltScene;
 use crate::layers::LayerPicture;
-use crate::output::Writer;
 use crate::render::Rendered;
-use anyhow::Result;
 use std::borrow::Cow;
 
 /// What has been rendered, as it is written.
@@ -67,18 +65,5 @@ impl<'r> Finished<'r> {
     pub fn attributes(&self, built: &BuiltScene) -> Vec<(String, Attribute)> {
         let denoised = self.denoised.iter().map(|(name, _)| (header::DENOISED.to_owned(), Attribute::Text(name.clone())));
         header::attributes(&Facts::of(built), self.rendered).into_iter().chain(denoised).collect()
-    }
-}
-
-/// Writes colours and layers as EXR.
-pub(super) fn write_exr(
-    to: &mut Writer,
-    picture: &Picture,
-    layers: &[LayerPicture],
-    attributes: &[(String, Attribute)],
-) -> Result<()> {
-    match layers.is_empty() {
-        true => picture.write_exr(to, attributes),
-        false => picture.clone().with_layers(layers).write_exr(to, attributes),
     }
 }

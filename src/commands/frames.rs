@@ -1,9 +1,11 @@
 //! `bhs render SCENE --frames A-B`: a picture for each frame and each camera.
 
-use super::outputs::{Naming, Outputs, with_infix};
+use super::naming::{Naming, with_infix};
+use super::outputs::Outputs;
 use super::part;
 use super::picture::{Session, samples};
 use super::render::refuse;
+use super::several::Earlier;
 use super::{Common, ExitStatus, show, start_threads};
 use crate::animation::keys::Keys;
 use crate::animation::preview::{self, Format};
@@ -43,6 +45,8 @@ pub(super) struct Film<'a> {
     pub cache: Arc<FileCache>,
     /// Shows the pictures meanwhile.
     pub display: Option<&'a Display>,
+    /// What other scenes of this call have written.
+    pub earlier: &'a Earlier,
     /// What has been found of frames that show nothing.
     pub black: BlackFrames,
 }
@@ -95,7 +99,9 @@ pub(super) fn render(film: &Film) -> Result<ExitStatus> {
     }
     // Whether all frames can be kept, and made, is found out before the first one is.
     let mut plan = Plan::new(&sources);
+    film.earlier.leave(&mut plan);
     let (frames, reels) = film.plan(&built, &mut plan);
+    film.earlier.note(&args.scene, &plan);
     if let Err(found) = plan.finish() {
         show(&found, &sources, film.common.color);
         return Ok(ExitStatus::Fault);

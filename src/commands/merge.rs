@@ -1,13 +1,12 @@
 //! `bhs merge`: pictures of parts.
 
-use super::finished::write_exr;
-use super::outputs::with_infix;
+use super::finished::Finished;
+use super::naming::with_infix;
 use super::{Common, ExitStatus, show};
 use crate::animation::digits;
 use crate::cli::MergeArgs;
 use crate::develop::{self, Texts};
 use crate::false_color::{self, FalseColor};
-use crate::layers::LayerPicture;
 use crate::output::{NamedBy, OutputFile, OutputSet, Plan};
 use crate::parts::file::film_of;
 use crate::parts::join::{self, PictureParts, Sorted};
@@ -119,7 +118,7 @@ fn claim(args: &MergeArgs, picture: &PictureParts, several: [bool; 2], plan: &mu
     if !plan.ends_in(&path, "exr", "a .png is written beside it", NamedBy::CommandLine) {
         return None;
     }
-    let layers = layers(picture).filter(|_| args.false_color).unwrap_or_default();
+    let layers = if args.false_color { layers(picture).unwrap_or_default() } else { Vec::new() };
     let mut claim = |path: PathBuf| plan.claim_unless_there(&path, NamedBy::CommandLine, args.no_overwrite);
     let exr = claim(path.clone())?;
     let png = claim(path.with_extension("png"));
@@ -147,13 +146,13 @@ fn write(
 ) -> Result<()> {
     let Some(first) = picture.parts.first() else { return Ok(()) };
     let (rendered, _) = joined::join(picture, open)?;
-    let colors = rendered.frame.picture();
-    let layers: Vec<LayerPicture> = rendered.frame.layers().into_iter().map(LayerPicture::as_in_files).collect();
+    let finished = Finished::of(&rendered);
+    let Finished { picture: colors, layers, .. } = &finished;
     let attributes = header::attributes(&first.head.facts, &rendered);
     let texts = &Texts::of_attributes(&attributes);
     let mut set = OutputSet::new();
-    set.add(files.png.clone(), |to| develop::write_png(to, &colors, &first.head.facts.look, texts));
-    for (file, layer) in files.shown.iter().zip(&layers) {
+    set.add(files.png.clone(), |to| develop::write_png(to, colors, &first.head.facts.look, texts));
+    for (file, layer) in files.shown.iter().zip(layers) {
         let shown = FalseColor::new(layer);
         if !args.quiet {
             say!("{} shows {shown}", file.path().display());
@@ -161,7 +160,7 @@ fn write(
         let size = colors.size;
         set.add(file.clone(), move |to| develop::write_false_color(to, size, &shown, texts));
     }
-    set.add(files.exr.clone(), |to| write_exr(to, &colors, &layers, &attributes));
+    set.add(files.exr.clone(), |to| finished.all_channels().write_exr(to, &attributes));
     set.write_in_place()?;
     let what = json!({
         "output": files.exr.path().to_string_lossy(),

@@ -1,11 +1,10 @@
 //! The files of a picture: their names, and how they are written.
 
 use super::finished::Finished;
+use super::naming::Naming;
 use super::part;
 use super::render::{closing_words, stats_json};
-use crate::animation::digits;
 use crate::checkpoint::{self, previous};
-use crate::cli::RenderArgs;
 use crate::develop::{self, Content, Texts};
 use crate::false_color::{self, FalseColor};
 use crate::files::FileId;
@@ -13,136 +12,14 @@ use crate::image::Picture;
 use crate::lang::BuiltScene;
 use crate::layers::LayerPicture;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
-use crate::parts::PartArgs;
 use crate::render::Rendered;
 use crate::say;
 use crate::stats::Phases;
 use anyhow::Result;
-use bhs_core::diagnostics::Diagnostic;
 use bhs_engine::layer::NamedLayer;
-use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// What the names of a scene's outputs are made from.
-pub(super) struct Naming<'a> {
-    /// The scene; `-` is standard input.
-    scene: &'a Path,
-    /// The EXR file and the stats that the command line names.
-    output: Option<&'a Path>,
-    stats: Option<&'a Path>,
-    quick: bool,
-    false_color: bool,
-    /// The layer that the PNG shows in place of the picture.
-    layer: Option<&'a str>,
-    no_overwrite: bool,
-    /// The number of the frame, if it is one of several.
-    frame: Option<u32>,
-    /// Knows whether there is to be a checkpoint, and where.
-    args: Option<&'a RenderArgs>,
-}
-
-impl<'a> Naming<'a> {
-    /// As the command line says.
-    pub fn of(args: &'a RenderArgs) -> Self {
-        Self {
-            output: args.output.as_deref(),
-            stats: args.stats.as_deref().filter(|_| !args.prints_stats()),
-            quick: args.quick,
-            false_color: args.look.false_color,
-            layer: args.look.layer.as_deref(),
-            no_overwrite: args.no_overwrite,
-            args: Some(args),
-            ..Self::without_flags(&args.scene)
-        }
-    }
-
-    /// As the scene says.
-    pub fn without_flags(scene: &'a Path) -> Self {
-        Self {
-            scene,
-            output: None,
-            stats: None,
-            quick: false,
-            false_color: false,
-            layer: None,
-            no_overwrite: false,
-            frame: None,
-            args: None,
-        }
-    }
-
-    /// The same of one of several frames.
-    pub fn of_frame(self, frame: u32) -> Self {
-        Self { frame: Some(frame), ..self }
-    }
-
-    /// Which part of a picture is rendered, if it is one.
-    fn part(&self) -> Option<&'a PartArgs> {
-        self.args.map(|args| &args.parts).filter(|parts| parts.is_given())
-    }
-
-    /// The name of one of several frames.
-    fn numbered(&self, path: PathBuf) -> PathBuf {
-        self.frame.map_or(path.clone(), |frame| with_infix(&path, &digits(frame)))
-    }
-
-    /// Of the files that the command line names once for all cameras and frames: that of one of them.
-    pub fn own_name(&self, path: &Path, camera: Option<&str>) -> PathBuf {
-        self.numbered(camera.map_or(path.to_owned(), |camera| with_infix(path, camera)))
-    }
-
-    /// The EXR file of the only picture of a scene, and where its name comes from.
-    pub fn exr(&self, built: &BuiltScene) -> (PathBuf, NamedBy) {
-        if let Some(path) = self.output {
-            return (path.to_owned(), NamedBy::CommandLine);
-        }
-        let filename = built.film.filename();
-        let span = built.filename_span.filter(|_| !filename.is_empty());
-        (self.called(filename), NamedBy::Scene(span))
-    }
-
-    /// The EXR file of the only picture of a scene whose film has this `filename`, which may be empty.
-    fn called(&self, filename: &str) -> PathBuf {
-        if !filename.is_empty() {
-            return filename.into();
-        }
-        let mut name = match self.scene.file_stem() {
-            Some(stem) if self.scene != Path::new("-") => stem.to_owned(),
-            _ => OsString::from("bhs"),
-        };
-        name.push(".exr");
-        name.into()
-    }
-
-    /// The EXR files of a scene whose film has this `filename` and that has these cameras, if -o names none.
-    pub fn all(&self, filename: &str, cameras: &[Option<&str>]) -> Vec<PathBuf> {
-        let path = self.called(filename);
-        let of_camera = |camera: &Option<&str>| self.quickened(camera.map_or(path.clone(), |camera| with_infix(&path, camera)));
-        cameras.iter().map(of_camera).collect()
-    }
-
-    /// The name of a preview, if it is one and -o does not say otherwise.
-    fn quickened(&self, path: PathBuf) -> PathBuf {
-        if self.quick && self.output.is_none() { with_infix(&path, "quick") } else { path }
-    }
-
-    /// The EXR file of one camera, and where its name comes from.
-    pub fn exr_of(&self, built: &BuiltScene, camera: Option<&str>) -> (PathBuf, NamedBy) {
-        let one = built.camera_names().count() == 1;
-        let (path, by) = self.exr(built);
-        // The only picture is called what the command line says.
-        let camera = camera.filter(|_| !(one && self.output.is_some()));
-        let path = camera.map_or(path.clone(), |camera| with_infix(&path, camera));
-        let path = self.numbered(self.quickened(path));
-        match self.args.and_then(|args| args.parts.label(args.picture.crop)) {
-            // The only part is called what the command line says.
-            Some(label) if self.output.is_none() => (with_infix(&path, &label).with_extension(part::ENDING), by),
-            _ => (path, by),
-        }
-    }
-}
 
 /// The files of one picture.
 pub(super) struct Outputs {
@@ -199,9 +76,6 @@ impl Outputs {
         let png = png.map(|path| claim(&path, by));
         let shown: Vec<_> = shown.iter().map(|path| claim(path, by)).collect();
         let stats = stats.map(|path| claim(&path, NamedBy::CommandLine));
-        if let Some(Err(why)) = naming.args.map(|args| part::cover(args, built)) {
-            plan.refuse(Diagnostic::error("no-part", why));
-        }
         let asked = naming.args.and_then(|args| args.checkpoint_for(&exr_path, own_name));
         let is_saved = asked.is_some();
         let checkpoint = asked.or_else(|| is_part.then(|| checkpoint::beside(&exr_path))).map(|path| {
@@ -336,18 +210,6 @@ impl Outputs {
         }
         kept
     }
-}
-
-/// `path` with a word before its ending: `room.left.exr` for `room.exr`.
-pub(super) fn with_infix(path: &Path, infix: &str) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_owned();
-    name.push(".");
-    name.push(infix);
-    if let Some(ending) = path.extension() {
-        name.push(".");
-        name.push(ending);
-    }
-    path.with_file_name(name)
 }
 
 /// Claims a checkpoint and the one before it. They are there for being replaced, also with `--no-overwrite`.

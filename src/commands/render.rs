@@ -1,9 +1,11 @@
 //! `bhs render`: a picture for each camera.
 
 use super::frames::{self, Film};
-use super::outputs::{Naming, Outputs};
+use super::naming::Naming;
+use super::outputs::Outputs;
 use super::part;
 use super::picture::{Session, samples};
+use super::several::Earlier;
 use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show, start_threads, thread_count};
 use crate::cli::RenderArgs;
 use crate::denoise::{self, Denoiser};
@@ -41,7 +43,7 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
     let display = args.show.display(args.quiet);
     let mut each = args.each();
     match (each.next(), each.next()) {
-        (Some(one), None) => render_one(&one, common, signals, display.as_ref()),
+        (Some(one), None) => render_one(&one, common, signals, (display.as_ref(), &Earlier::default())),
         _ => several::render(args, common, signals, display.as_ref()),
     }
 }
@@ -50,7 +52,12 @@ pub fn render(args: &RenderArgs, common: &Common, signals: &Signals) -> Result<E
 ///
 /// # Errors
 /// If a file cannot be written.
-pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, display: Option<&Display>) -> Result<ExitStatus> {
+pub(super) fn render_one(
+    args: &RenderArgs,
+    common: &Common,
+    signals: &Signals,
+    (display, earlier): (Option<&Display>, &Earlier),
+) -> Result<ExitStatus> {
     let mut phases = Phases::default();
     let overrides = Overrides {
         camera: args.camera.clone(),
@@ -83,6 +90,7 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
             denoiser,
             cache: Arc::default(),
             display,
+            earlier,
             black: BlackFrames::new(range.numbers().count()),
         });
     }
@@ -97,7 +105,9 @@ pub(super) fn render_one(args: &RenderArgs, common: &Common, signals: &Signals, 
     signals.stop_gracefully(output::discard_all);
     // Whether the results can be kept is found out before they are made.
     let mut plan = Plan::new(&sources);
+    earlier.leave(&mut plan);
     let outputs = Outputs::plan(&Naming::of(args), &built, &mut plan);
+    earlier.note(&args.scene, &plan);
     if let Err(found) = plan.finish() {
         show(&found, &sources, common.color);
         return Ok(ExitStatus::Fault);
@@ -175,7 +185,7 @@ pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap,
 }
 
 /// The layers that are asked for, and the one that is shown.
-fn layers(args: &RenderArgs) -> Vec<String> {
+pub(super) fn layers(args: &RenderArgs) -> Vec<String> {
     let shown = args.look.layer.iter().filter(|name| bhs_engine::layer::find(name, bhs_layers::ALL).is_ok());
     let guides = denoise::LAYERS.iter().filter(|_| args.denoise).map(|name| (*name).to_owned());
     args.aov.iter().chain(shown).cloned().chain(guides).collect()

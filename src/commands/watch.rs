@@ -3,7 +3,7 @@
 mod picture;
 
 use super::frames::read_keys;
-use super::outputs::Naming;
+use super::naming::{Naming, with_pngs};
 use super::{Common, ExitStatus, diagnose, overrides, show, start_threads};
 use crate::animation::keys::Keys;
 use crate::cli::WatchArgs;
@@ -137,18 +137,17 @@ impl Watch<'_> {
 
     /// The file of the picture, which is none that the scene reads or writes.
     fn claim(&self, built: &BuiltScene, sources: &SourceMap) -> Option<OutputFile> {
-        let (exr, by) = Naming::without_flags(&self.args.scene).exr(built);
+        let naming = Naming::without_flags(&self.args.scene);
+        let (exr, by) = naming.exr(built);
         let (path, by) = match &self.args.output {
             Some(path) => (path.clone(), NamedBy::CommandLine),
             None => (exr.with_extension(ENDING), by),
         };
         let mut plan = Plan::new(sources);
-        // What `render` writes is left as it is.
-        for own in [exr.with_extension("png"), exr] {
-            if own == path {
-                say!("error: `{}` is what `bhs render` writes; give the picture another name", path.display());
-                return None;
-            }
+        // What `render` writes is left as it is, by whatever name it is called.
+        let layers = || built.layers.iter().map(|layer| layer.name);
+        for own in built.camera_names().flat_map(|camera| with_pngs(naming.exr_of(built, camera).0, layers())) {
+            plan.leave_to("`bhs render`", &own);
         }
         let file = plan.claim(&path, by);
         if let Err(found) = plan.finish() {

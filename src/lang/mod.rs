@@ -56,7 +56,7 @@ pub use labels::{Label, Labels, load_labelled};
 pub use method::{Method, load_method};
 pub use options::option_params;
 pub use overrides::Overrides;
-pub use picture_names::picture_names;
+pub use picture_names::{PictureNames, picture_names};
 pub use seed::LARGEST_SEED;
 pub use source::SourceMap;
 pub use statements::{CameraStatement, Statement, Statements, TextPlace};

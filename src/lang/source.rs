@@ -308,7 +308,7 @@ impl SourceMap {
     }
 
     /// The file that the text at `span` calls `path`.
-    fn locate(&self, path: &str, span: Span) -> PathBuf {
+    pub(crate) fn locate(&self, path: &str, span: Span) -> PathBuf {
         match self.get(span.file) {
             Some(source) => source.folder.join(path),
             None => PathBuf::from(path),

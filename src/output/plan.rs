@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 /// The finding that two outputs are one file.
 pub const COINCIDE: &str = "outputs-coincide";
 
+/// The finding that an output is read.
+pub const IS_INPUT: &str = "output-is-input";
+
 /// Where the name of an output comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NamedBy {
@@ -21,13 +24,21 @@ pub enum NamedBy {
     Scene(Option<Span>),
 }
 
+/// A file that is to be written, or that others write.
+struct Planned {
+    /// Its name as it is given.
+    path: PathBuf,
+    /// Who writes it, if that is not this command.
+    writer: Option<String>,
+}
+
 /// All outputs of a command, and what is wrong with them.
 ///
 /// Files are compared by what they are: links, `.` and `..`, hard links, and case where the file system ignores it, hide nothing.
 pub struct Plan<'a> {
     sources: &'a SourceMap,
-    /// The names of the outputs so far, as they are given.
-    names: Vec<PathBuf>,
+    /// The outputs so far.
+    outputs: Vec<Planned>,
     by_id: HashMap<FileId, usize>,
     /// By the real folder, and the name in small letters.
     by_name: HashMap<(PathBuf, String), Vec<(OsString, usize)>>,
@@ -41,7 +52,7 @@ impl<'a> Plan<'a> {
     pub fn new(sources: &'a SourceMap) -> Self {
         Self {
             sources,
-            names: Vec::new(),
+            outputs: Vec::new(),
             by_id: HashMap::new(),
             by_name: HashMap::new(),
             ignores_case: HashMap::new(),
@@ -89,6 +100,20 @@ impl<'a> Plan<'a> {
         ends
     }
 
+    /// Keeps away from a file that somebody else writes, whether or not that can be done: `writer` says who.
+    pub fn leave_to(&mut self, writer: &str, path: &Path) {
+        if let Ok(file) = OutputFile::locate(path)
+            && self.same_as(&file).is_none()
+        {
+            self.outputs.push(Planned { path: path.to_owned(), writer: Some(writer.to_owned()) });
+        }
+    }
+
+    /// The files that are to be written, so far.
+    pub fn claimed(&self) -> impl Iterator<Item = &Path> {
+        self.outputs.iter().filter(|output| output.writer.is_none()).map(|output| output.path.as_path())
+    }
+
     /// Notes something else that is wrong with the outputs.
     pub fn refuse(&mut self, diagnostic: Diagnostic) {
         self.found.push(diagnostic);
@@ -122,7 +147,7 @@ impl<'a> Plan<'a> {
                 Some(_) => format!("which the scene reads as `{}`", input.name.display()),
                 None => format!("which is {}, `{}`", input.role, input.name.display()),
             };
-            let refused = *refuse("output-is-input", format!("cannot write `{shown}`, {read}"));
+            let refused = *refuse(IS_INPUT, format!("cannot write `{shown}`, {read}"));
             let refused = match (input.span, refused.primary.is_some()) {
                 (Some(span), true) => refused.and(span, "read here"),
                 (Some(span), false) => refused.at(span, "read here"),
@@ -131,16 +156,22 @@ impl<'a> Plan<'a> {
             return Err(Box::new(refused.help("give the output another name; -o names the picture")));
         }
         if let Some(other) = self.same_as(&file) {
-            let message = format!("cannot write both `{}` and `{shown}`: they are one file", self.names[other].display());
+            let Planned { path: other, writer } = &self.outputs[other];
+            let message = match writer {
+                None => format!("cannot write both `{}` and `{shown}`: they are one file", other.display()),
+                Some(writer) => {
+                    format!("cannot write `{shown}`: it is one file with `{}`, which {writer} writes", other.display())
+                }
+            };
             return Err(Box::new(refuse(COINCIDE, message).help("give one of them another name")));
         }
-        self.names.push(path.to_owned());
+        self.outputs.push(Planned { path: path.to_owned(), writer: None });
         Ok(file)
     }
 
     /// The output so far that is the same file; else remembers this one.
     fn same_as(&mut self, file: &OutputFile) -> Option<usize> {
-        let index = self.names.len();
+        let index = self.outputs.len();
         let id = file.replaced_id();
         if let Some(other) = id.as_ref().and_then(|id| self.by_id.get(id)) {
             return Some(*other);
