@@ -344,3 +344,28 @@ fn a_part_that_is_stopped_goes_on_where_it_was() {
     assert_eq!(folder.run(&["render", "scene.bhs", "-o", "whole.exr"]).0, 0);
     folder.assert_same("whole", "m");
 }
+
+#[cfg(unix)]
+#[test]
+fn a_user_signal_saves_the_state_of_a_part_and_writes_no_picture_in_its_place() {
+    let folder = Folder::new(&scene(FILM, r#""sobol" "integer pixelsamples" 100000000"#, CAMERA));
+    let part = ["render", "scene.bhs", "--part", "1/2", "-o", "b.bhspart"];
+    for flags in [&["--checkpoint", "--checkpoint-every", "100000"][..], &[]] {
+        let mut child = folder.start(&[&part[..], flags].concat());
+        while !child.handles("TERM") {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        // Until there is a sample, and for the one before it once more.
+        while !folder.path("b.bhspart.previous.checkpoint").exists() {
+            assert!(!child.has_ended());
+            child.signal("USR1");
+            std::thread::sleep(std::time::Duration::from_millis(100));
+        }
+        child.signal("TERM");
+        assert_eq!(child.wait(), Some(75));
+        assert!(!folder.path("b.bhspart").exists() && folder.path("b.bhspart.checkpoint").exists());
+        assert!(!folder.path("b.png").exists());
+        std::fs::remove_file(folder.path("b.bhspart.checkpoint")).expect("it is there");
+        std::fs::remove_file(folder.path("b.bhspart.previous.checkpoint")).expect("it is there");
+    }
+}

@@ -120,8 +120,8 @@ impl Session<'_> {
         if let Some(display) = self.display {
             display.begin(&self.shown_as(&outputs), state.shared_frame());
         }
-        let file = checkpoint.filter(|_| is_saved == Some(true));
-        let saver = Saver { state: &state, file, outputs: &outputs, built, session: self };
+        let is_saved = is_saved == Some(true);
+        let saver = Saver { state: &state, file: checkpoint, is_saved, outputs: &outputs, built, session: self };
         let ended = std::thread::scope(|scope| {
             let (done, is_done) = mpsc::channel::<()>();
             let saver = &saver;
@@ -287,6 +287,8 @@ pub(super) fn samples(built: &BuiltScene, part: Option<Cover>) -> u64 {
 struct Saver<'s, 'a> {
     state: &'s RenderState<'a>,
     file: Option<&'s CheckpointFile>,
+    /// Whether it is saved now and then, or only when somebody asks, as that of a part may be.
+    is_saved: bool,
     outputs: &'s Outputs,
     built: &'s BuiltScene,
     session: &'s Session<'s>,
@@ -296,7 +298,8 @@ impl Saver<'_, '_> {
     /// Goes on until the other end of `done` is gone.
     fn run(&self, done: &Receiver<()>) {
         let args = self.session.args;
-        let saves = self.file.is_some() || args.write_partial;
+        let is_part = args.parts.is_given();
+        let saves = self.is_saved || args.write_partial;
         let mut due = Instant::now() + FIRST.min(args.checkpoint_every);
         while done.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
             let asked = self.session.signals.take_save_request();
@@ -312,10 +315,11 @@ impl Saver<'_, '_> {
                 }
                 continue;
             }
-            if let Some(file) = self.file {
+            if let Some(file) = self.file.filter(|_| self.is_saved || is_part) {
                 self.report(file.save(self.state), file.path());
             }
-            if asked || args.write_partial {
+            // A part is whole or not there.
+            if (asked || args.write_partial) && !is_part {
                 let rendered = self.state.rendered(Ended::Underway);
                 self.report(self.outputs.write_partial(self.built, &rendered), self.outputs.exr_path());
             }
