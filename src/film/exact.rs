@@ -51,7 +51,9 @@ impl ExactSums {
         let (low, rest) = two_sum(lo, error);
         // Not so where one of them is not finite.
         if rest == 0.0 {
-            self.pairs[i] = two_sum(sum, low).into();
+            let (hi, lo) = two_sum(sum, low);
+            // Beyond all doubles there is nothing left.
+            self.pairs[i] = [hi, if hi.is_finite() { lo } else { 0.0 }];
         } else {
             self.add_to_long(i, term);
         }
@@ -70,7 +72,8 @@ impl ExactSums {
         let mut carry = term;
         let mut kept = Vec::with_capacity(terms.len() + 1);
         for own in terms.iter() {
-            let (sum, error) = two_sum(carry, *own);
+            // In this order nothing in between is beyond all doubles where the sum is not.
+            let (sum, error) = if carry.abs() < own.abs() { two_sum(*own, carry) } else { two_sum(carry, *own) };
             if error != 0.0 {
                 kept.push(error);
             }
@@ -117,6 +120,9 @@ impl ExactSums {
             return [hi, lo];
         }
         let value = self.value(i);
+        if !value.is_finite() {
+            return [value, 0.0];
+        }
         let mut rest = Self { pairs: vec![[0.0; 2]], long: BTreeMap::new() };
         rest.add_sum(0, self, i);
         rest.add(0, -value);
@@ -275,6 +281,36 @@ mod tests {
         }
         assert!(sum([f64::INFINITY, 1.0, f64::NEG_INFINITY]).value(0).is_nan());
         assert!(sum([1.0, f64::NAN, 1.0]).value(0).is_nan());
+    }
+
+    #[test]
+    fn just_beyond_all_doubles_is_infinite_and_just_below_is_not() {
+        // Half a step of the largest double: with it, the sum is nearer to the next one, which is none.
+        let half = 2f64.powi(970);
+        for sign in [1.0, -1.0] {
+            let all = |terms: &[f64]| sum(terms.iter().map(|t| sign * t)).value(0);
+            let infinite = sign * f64::INFINITY;
+            for beyond in [
+                &[f64::MAX, half][..],
+                &[half, f64::MAX],
+                &[f64::MAX, 0.5 * half, 0.5 * half],
+                &[0.5 * half, 0.5 * half, f64::MAX],
+                &[0.5 * half, f64::MAX, 0.5 * half],
+                &[f64::MAX, 0.5 * half, 1.0, 0.5 * half],
+                &[f64::MAX, f64::MAX],
+                &[1.0, f64::MAX, 1.0, f64::MAX],
+            ] {
+                assert_eq!(all(beyond), infinite, "{beyond:?}");
+            }
+            assert_eq!(all(&[f64::MAX, 0.5 * half, 0.25 * half, 1e-300]), sign * f64::MAX);
+            assert_eq!(all(&[f64::MAX, 0.5 * half, 1.0, -f64::MAX, -0.5 * half]), sign * 1.0);
+            // What is far less, before and after.
+            for k in 0..2000 {
+                let x = 2f64.powi(970 - k % 60) * (1.0 + f64::from(k) / 2048.0);
+                assert_eq!(all(&[-x, f64::MAX, x]), sign * f64::MAX, "{x}");
+                assert_eq!(all(&[1e-3, -x, f64::MAX, x, -1e-3]), sign * f64::MAX, "{x}");
+            }
+        }
     }
 
     #[test]
