@@ -12,8 +12,8 @@ mod tone;
 mod white;
 
 pub use gamut::{from_oklab, into_gamut, oklab};
-pub use matrix::{Matrix, times};
+pub use matrix::{Matrix, product, times};
 pub use observer::{D65_LUMINANCE, D65_XYZ, MatchingFunctions, OBSERVER_RANGE, Y_INTEGRAL, d65, standard_observer};
 pub use srgb::{LUMINANCE, SRGB_FROM_XYZ, SRGB_PRIMARIES, XYZ_FROM_SRGB, luminance, srgb_decode, srgb_encode, srgb_from_xyz};
 pub use tone::ToneCurve;
-pub use white::{D65_KELVIN, TEMPERATURES, balance_of, balance_of_colour, white_of};
+pub use white::{D65_KELVIN, TEMPERATURES, balance_of, balance_of_colour, bradford, white_of};

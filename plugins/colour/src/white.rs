@@ -16,7 +16,8 @@ const LEAST_DAYLIGHT: f64 = 4000.0;
 /// Bradford's matrix, from CIE XYZ to the responses in which white points are adapted (Lam 1985; ICC.1:2022, annex E).
 const BRADFORD: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
-/// XYZ, at Y = 1, of light of a temperature (K): of a phase of daylight from 4000 K on (CIE 15:2018, eq. 4.7 to 4.9), below of a black body.
+/// XYZ, at Y = 1, of light of a temperature (K): of a phase of daylight from 4000 K on (CIE 15:2018, eq. 4.7 to 4.9), below of a black body. Other
+/// temperatures count as the nearest of [`TEMPERATURES`].
 pub fn white_of(kelvin: f64) -> [f64; 3] {
     let kelvin = kelvin.clamp(TEMPERATURES[0], TEMPERATURES[1]);
     if kelvin < LEAST_DAYLIGHT {
@@ -41,19 +42,21 @@ fn black_body(kelvin: f64) -> [f64; 3] {
     xyz.map(|x| x / xyz[1])
 }
 
-/// What, applied to linear sRGB, turns light of the XYZ `from` into light of the XYZ `to`, and other colours with it (von Kries in Bradford's space).
-/// `None` where both are the same, and where one is no light.
-fn adaptation(from: [f64; 3], to: [f64; 3]) -> Option<Matrix> {
+/// Takes XYZ under the white `from` to XYZ under the white `to`, both XYZ (von Kries in Bradford's space).
+pub fn bradford(from: [f64; 3], to: [f64; 3]) -> Matrix {
     let (from, to) = (times(BRADFORD, from), times(BRADFORD, to));
-    let ratios: [f64; 3] = std::array::from_fn(|k| to[k] / from[k]);
-    let usable = ratios.iter().all(|r| r.is_finite() && *r > 0.0);
-    if !usable || ratios.iter().all(|r| *r == 1.0) {
+    let scale = [[to[0] / from[0], 0.0, 0.0], [0.0, to[1] / from[1], 0.0], [0.0, 0.0, to[2] / from[2]]];
+    product(inverse(BRADFORD), product(scale, BRADFORD))
+}
+
+/// What, applied to linear sRGB, turns light of the XYZ `from` into light of the XYZ `to`, and other colours with it. `None` where both are the same, and
+/// where one is no light.
+fn adaptation(from: [f64; 3], to: [f64; 3]) -> Option<Matrix> {
+    let is_light = |xyz: [f64; 3]| times(BRADFORD, xyz).iter().all(|x| x.is_finite() && *x > 0.0);
+    if !is_light(from) || !is_light(to) || from == to {
         return None;
     }
-    let [r0, r1, r2] = ratios;
-    let scale = [[r0, 0.0, 0.0], [0.0, r1, 0.0], [0.0, 0.0, r2]];
-    let in_xyz = product(inverse(BRADFORD), product(scale, BRADFORD));
-    Some(product(SRGB_FROM_XYZ, product(in_xyz, XYZ_FROM_SRGB)))
+    Some(product(SRGB_FROM_XYZ, product(bradford(from, to), XYZ_FROM_SRGB)))
 }
 
 /// What makes linear sRGB pictures white where light of a temperature (K) falls on white; `None` for daylight of 6504 K, of which they are.

@@ -1,18 +1,14 @@
 //! How strongly a film records, which white it takes for white, and how much light of one sample it takes: in the EXR file too.
 
-use bhs_colour::{D65_XYZ, standard_observer};
+use bhs_colour::{D65_XYZ, Matrix, bradford, times, white_of};
 use bhs_core::params::Params;
-use glam::{DMat3, DVec3};
-
-/// Bradford's matrix, from CIE XYZ to the responses in which white points are adapted (Lam 1985; ICC.1:2022, annex E), by columns.
-const BRADFORD: DMat3 = DMat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
 
 /// The sensor behind a film.
 pub struct Sensor {
     /// What is multiplied with what falls on it.
     pub ratio: f64,
     /// From the white of the scene to D65; `None`: it is that.
-    adapt: Option<DMat3>,
+    adapt: Option<Matrix>,
     /// Largest X, Y or Z of a sample that is recorded.
     most: f64,
 }
@@ -29,7 +25,7 @@ impl Sensor {
         if most.is_some_and(|m| m <= 0.0) {
             p.reject("maxcomponentvalue", "`maxcomponentvalue` must be above 0", "");
         }
-        let adapt = white.map(|t| adaptation(daylight(t), DVec3::from_array(D65_XYZ)));
+        let adapt = white.map(|t| bradford(daylight(t), D65_XYZ));
         Self { ratio, adapt, most: most.unwrap_or(f64::INFINITY) }
     }
 
@@ -48,31 +44,14 @@ impl Sensor {
     #[inline]
     pub fn developed(&self, xyz: [f64; 3]) -> [f64; 3] {
         let scaled = xyz.map(|v| v * self.ratio);
-        self.adapt.map_or(scaled, |m| (m * DVec3::from_array(scaled)).to_array())
+        self.adapt.map_or(scaled, |m| times(m, scaled))
     }
 }
 
-/// Takes colours under one white to those under another.
-fn adaptation(from: DVec3, to: DVec3) -> DMat3 {
-    let ratio = (BRADFORD * to) / (BRADFORD * from);
-    BRADFORD.inverse() * DMat3::from_diagonal(ratio) * BRADFORD
-}
-
-/// XYZ of daylight of a correlated colour temperature (CIE 15:2004, 3.1); below 4000 K, where there is none, of a black body, as pbrt-v4.
-fn daylight(kelvin: f64) -> DVec3 {
-    // The second radiation constant has changed since the illuminants were made.
-    let t = kelvin * 1.4388 / 1.4380;
-    if t < 4000.0 {
-        let planck = |nm: f64| 1.0 / (nm.powi(5) * ((1.438_776_877e7 / (nm * t)).exp_m1()));
-        let xyz: DVec3 = standard_observer().iter().map(|[nm, x, y, z]| DVec3::new(*x, *y, *z) * planck(*nm)).sum();
-        return xyz / xyz.y;
-    }
-    let x = match t <= 7000.0 {
-        true => -4.607e9 / t.powi(3) + 2.9678e6 / t.powi(2) + 0.09911e3 / t + 0.244_063,
-        false => -2.0064e9 / t.powi(3) + 1.9018e6 / t.powi(2) + 0.24748e3 / t + 0.237_040,
-    };
-    let y = -3.0 * x * x + 2.870 * x - 0.275;
-    DVec3::new(x / y, 1.0, (1.0 - x - y) / y)
+/// XYZ of daylight of a correlated colour temperature, below 4000 K of a black body, as pbrt-v4: in kelvins of before the second radiation constant was
+/// changed, so that D65 is that of 6500.
+fn daylight(kelvin: f64) -> [f64; 3] {
+    white_of(kelvin * 1.4388 / 1.4380)
 }
 
 #[cfg(test)]
@@ -81,11 +60,11 @@ mod tests {
 
     #[test]
     fn daylight_of_6500_kelvin_is_d65_and_keeps_white() {
-        let [x, y, z] = daylight(6500.0).to_array();
+        let [x, y, z] = daylight(6500.0);
         assert!((x / (x + y + z) - 0.3127).abs() < 3e-4 && (y / (x + y + z) - 0.3290).abs() < 3e-4);
-        let warm = Sensor { ratio: 2.0, adapt: Some(adaptation(daylight(3000.0), DVec3::from_array(D65_XYZ))), most: 1.0 };
+        let warm = Sensor { ratio: 2.0, adapt: Some(bradford(daylight(3000.0), D65_XYZ)), most: 1.0 };
         // White of 3000 K is recorded as D65, twice as bright.
-        let white = warm.developed(daylight(3000.0).to_array());
+        let white = warm.developed(daylight(3000.0));
         assert!(white.iter().zip(D65_XYZ).all(|(a, b)| (a - 2.0 * b).abs() < 1e-9), "{white:?}");
         assert_eq!([warm.limit([0.1, 0.5, 0.2]), warm.limit([0.1, 1.0, 0.2])], [1.0, 0.5]);
     }

@@ -2,6 +2,7 @@
 
 use crate::lang::ast::Directive;
 use crate::lang::pbrt::params;
+use bhs_colour::bradford;
 use bhs_core::value::{Param, ParamType, Values};
 use glam::{DMat3, DVec3};
 
@@ -59,20 +60,13 @@ impl Space {
 
     /// A colour of this space in linear sRGB.
     fn to_srgb(self, rgb: [f64; 3], meaning: Meaning) -> [f64; 3] {
-        let white = |s: Self| s.xyz_from_rgb() * DVec3::ONE;
+        let white = |s: Self| (s.xyz_from_rgb() * DVec3::ONE).to_array();
         let adapt = match meaning {
-            Meaning::Share => bradford(white(self), white(Self::Srgb)),
+            Meaning::Share => DMat3::from_cols_array_2d(&bradford(white(self), white(Self::Srgb))).transpose(),
             _ => DMat3::IDENTITY,
         };
         (Self::Srgb.xyz_from_rgb().inverse() * adapt * self.xyz_from_rgb() * DVec3::from_array(rgb)).to_array()
     }
-}
-
-/// Takes colours under one white to those under another (Bradford).
-fn bradford(from: DVec3, to: DVec3) -> DMat3 {
-    let cone = DMat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
-    let ratio = (cone * to) / (cone * from);
-    cone.inverse() * DMat3::from_diagonal(ratio) * cone
 }
 
 /// Built-in spectra of pbrt-v4 whose names mean other tables here, or that have other names.

@@ -1,6 +1,6 @@
 //! From colours of any primaries to linear sRGB.
 
-use bhs_colour::{D65_XYZ, SRGB_FROM_XYZ, SRGB_PRIMARIES};
+use bhs_colour::{D65_XYZ, SRGB_FROM_XYZ, SRGB_PRIMARIES, bradford, product};
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 
 /// Chromaticities (CIE 1931 x, y) of red, green, blue and white.
@@ -18,9 +18,6 @@ pub(super) const EQUAL_ENERGY: DVec2 = DVec2::new(1.0 / 3.0, 1.0 / 3.0);
 /// Nearer than this to sRGB's, in each number, is sRGB: files round.
 const SAME: f64 = 1e-3;
 
-/// Bradford's matrix, from CIE XYZ to the responses in which white points are adapted (Lam 1985; ICC.1:2022, annex E), by columns.
-const BRADFORD: DMat3 = DMat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
-
 /// XYZ of a chromaticity, Y = 1.
 fn xyz(c: DVec2) -> DVec3 {
     DVec3::new(c.x / c.y, 1.0, (1.0 - c.x - c.y) / c.y)
@@ -35,11 +32,9 @@ fn xyz_from_rgb(Primaries([r, g, b, white]): Primaries) -> Option<DMat3> {
     usable.then_some(matrix)
 }
 
-/// From XYZ under a white point to linear sRGB, white to white, as colour managers do (von Kries in Bradford's space).
+/// From XYZ under a white point to linear sRGB, white to white, as colour managers do.
 fn srgb_from_xyz(white: DVec2) -> DMat3 {
-    let ratio = (BRADFORD * DVec3::from_array(D65_XYZ)) / (BRADFORD * xyz(white));
-    let adapt = BRADFORD.inverse() * DMat3::from_diagonal(ratio) * BRADFORD;
-    DMat3::from_cols_array_2d(&SRGB_FROM_XYZ).transpose() * adapt
+    DMat3::from_cols_array_2d(&product(SRGB_FROM_XYZ, bradford(xyz(white).to_array(), D65_XYZ))).transpose()
 }
 
 /// What takes colours of these primaries to linear sRGB, white to white; `None` if they are sRGB's.
