@@ -251,18 +251,6 @@ impl Picture {
         let offset = read.offset.map(|o| o.max(0) as usize);
         Ok(Self { size: read.size, frame: Frame { offset, size: read.frame }, channels: read.names, data: read.values })
     }
-
-    /// Writes the picture as 8-bit PNG; `display` turns the channels of a pixel into sRGB between 0 and 1.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    pub fn write_png(&self, to: impl Write, display: impl Fn(&[f32]) -> [f32; 3]) -> Result<()> {
-        let (n, width) = (self.channels.len(), self.size[0]);
-        write_rows(to, self.size, false, &[], |y, row| {
-            let pixels = self.data[y * width * n..][..width * n].chunks_exact(n);
-            row.extend(pixels.flat_map(|pixel| display(pixel).map(|v| (v * 255.0 + 0.5) as u8)));
-        })
-    }
 }
 
 /// Writes an EXR file, by one thread, so that the bytes do not depend on how many there are.
@@ -273,14 +261,6 @@ fn write_image(
     use exrs::WritableImage;
     image.write().non_parallel().to_buffered(to)?;
     Ok(())
-}
-
-/// Writes an 8-bit sRGB picture as PNG; `bytes` are red, green and blue, row by row from the top.
-///
-/// # Errors
-/// If the file cannot be written.
-pub fn write_png(to: impl Write, size: [usize; 2], bytes: &[u8]) -> Result<()> {
-    write_rows(to, size, false, &[], |y, row| row.extend_from_slice(&bytes[3 * y * size[0]..][..3 * size[0]]))
 }
 
 /// Writes an sRGB picture of 8 or 16 bits (big-endian) as PNG, row by row: `row` appends the bytes of row `y`, red, green and blue. `texts` are keywords and

@@ -157,7 +157,7 @@ fn threads_do_not_change_a_byte() {
         let built = common::build(&text);
         let picture = pool.install(|| common::render(&built)).frame.picture();
         let mut png = Vec::new();
-        picture.write_png(&mut png, |p| built.film.display(p)).expect("in memory");
+        bhs::develop::write_png(&mut png, &picture, &built.look, &bhs::develop::Texts::default()).expect("in memory");
         let mut exr = std::io::Cursor::new(Vec::new());
         picture.write_exr(&mut exr, &[]).expect("in memory");
         (png, exr.into_inner())

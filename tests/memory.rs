@@ -4,10 +4,11 @@
 
 use crate::common;
 use allocation_counter::measure;
+use bhs::develop::{self, Texts};
 use bhs::false_color::FalseColor;
 use bhs::film::Framebuffer;
-use bhs::image;
 use bhs::lang::{BuiltScene, Overrides};
+use bhs::layers::LayerPicture;
 use bhs::memory::Bytes;
 use bhs::memory::picture::Need;
 use std::path::Path;
@@ -117,11 +118,12 @@ fn written(built: &BuiltScene) -> [u64; 2] {
     }
     let file = || tempfile::tempfile().expect("a temporary file");
     let writing = measure(|| {
-        let (picture, layers) = (frame.picture(), frame.layers());
-        picture.write_png(file(), |pixel| built.film.display(pixel)).expect("it can be written");
+        let layers: Vec<LayerPicture> = frame.layers().into_iter().map(LayerPicture::as_in_files).collect();
+        let (picture, texts) = (frame.picture(), Texts::default());
+        develop::write_png(file(), &picture, &built.look, &texts).expect("it can be written");
         let colors: Vec<_> = layers.iter().map(FalseColor::new).collect();
         for colors in &colors {
-            image::write_png(file(), picture.size, colors.pixels().as_flattened()).expect("it can be written");
+            develop::write_false_color(file(), picture.size, colors, &texts).expect("it can be written");
         }
         let all = if layers.is_empty() { None } else { Some(picture.clone().with_layers(&layers)) };
         all.as_ref().unwrap_or(&picture).write_exr(file(), &[]).expect("it can be written");

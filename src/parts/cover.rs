@@ -174,10 +174,6 @@ impl Film for Windowed<'_> {
     fn bloom(&self) -> f64 {
         self.film.bloom()
     }
-
-    fn display(&self, channels: &[f32]) -> [f32; 3] {
-        self.film.display(channels)
-    }
 }
 
 #[cfg(test)]

@@ -2,10 +2,12 @@
 
 use super::{BYTES_BESIDES, Random, mutate, times, within_memory};
 use crate::common;
+use bhs::develop::Texts;
 use bhs::image::{Frame, Picture};
 use bhs::lang::description::Entity;
 use bhs::lang::parse::Directives;
 use bhs::lang::{self, Overrides, SourceMap};
+use bhs::look::Look;
 use bhs::registry::{Kind, Registry, bare_context};
 use bhs_core::diagnostics::{Span, Spanned};
 use bhs_core::geometry::Shape;
@@ -113,7 +115,7 @@ fn picture_examples() -> Vec<Vec<u8>> {
     let mut exr = Cursor::new(Vec::new());
     picture.write_exr(&mut exr, &[]).expect("the encoder works");
     let mut png = Vec::new();
-    picture.write_png(&mut png, |p| [p[0], p[1], p[2]]).expect("the encoder works");
+    bhs::develop::write_png(&mut png, &picture, &Look::default(), &Texts::default()).expect("the encoder works");
     let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
     hdr.extend((0..32).map(|i| if i % 4 == 3 { 129 } else { 8 * i as u8 }));
     vec![png, exr.into_inner(), hdr]
@@ -181,7 +183,7 @@ fn a_sky_takes_no_more_memory_than_its_picture() {
     let size = [2048, 1024];
     let texels = size[0] * size[1];
     let mut png = Vec::new();
-    bhs::image::write_png(&mut png, size, &vec![77; 3 * texels]).expect("the encoder works");
+    bhs::image::write_rows(&mut png, size, false, &[], |_, row| row.extend([77; 3].repeat(size[0]))).expect("the encoder works");
     let mut hdr = b"#?RGBE\n\n-Y 1024 +X 2048\n".to_vec();
     hdr.extend([128; 4].repeat(texels));
     let (folder, registry) = (tempfile::tempdir().expect("a folder"), Registry::builtin());

@@ -140,9 +140,6 @@ pub trait Film: Send + Sync {
     fn bloom(&self) -> f64 {
         self.look().bloom
     }
-
-    /// Display colour (sRGB, encoded, 0 to 1) of a pixel whose channels have the given values.
-    fn display(&self, channels: &[f32]) -> [f32; 3];
 }
 
 /// How a film's colours become those of a screen.

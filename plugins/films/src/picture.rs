@@ -1,7 +1,7 @@
 //! What all films share: size, crop and file, the range of wavelengths, linear sRGB, and how that is displayed.
 
 use crate::sensor::Sensor;
-use bhs_colour::{MatchingFunctions, ToneCurve, Y_INTEGRAL, srgb_encode, srgb_from_xyz};
+use bhs_colour::{MatchingFunctions, ToneCurve, Y_INTEGRAL, srgb_from_xyz};
 use bhs_core::camera::Look;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
@@ -14,7 +14,6 @@ pub(crate) struct Picture {
     pub range: [f32; 2],
     observer: MatchingFunctions,
     sensor: Sensor,
-    curve: ToneCurve,
     pub look: Look,
 }
 
@@ -75,7 +74,6 @@ impl Picture {
             range: [lo, hi],
             observer: MatchingFunctions::cie_1931(),
             sensor,
-            curve,
             look: Look { exposure, curve: curve.name(), bloom },
         })
     }
@@ -112,11 +110,5 @@ impl Picture {
             }
         }
         xyz
-    }
-
-    /// Display colour (sRGB, encoded, 0 to 1) of red, green and blue.
-    pub fn display(&self, channels: &[f32]) -> [f32; 3] {
-        let scale = 2f32.powf(self.look.exposure as f32);
-        self.curve.apply(std::array::from_fn(|i| channels[i] * scale)).map(srgb_encode)
     }
 }

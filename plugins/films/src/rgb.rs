@@ -73,8 +73,4 @@ impl Film for Rgb {
     fn look(&self) -> Look {
         self.0.look
     }
-
-    fn display(&self, channels: &[f32]) -> [f32; 3] {
-        self.0.display(channels)
-    }
 }

@@ -84,8 +84,4 @@ impl Film for Spectral {
     fn look(&self) -> Look {
         self.picture.look
     }
-
-    fn display(&self, channels: &[f32]) -> [f32; 3] {
-        self.picture.display(&channels[..3])
-    }
 }
