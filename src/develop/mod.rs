@@ -47,8 +47,15 @@ impl Developer {
     /// The colour on a screen (sRGB, encoded, 0 to 1) of linear red, green and blue.
     #[inline]
     pub fn display(&self, rgb: [f32; 3]) -> [f32; 3] {
-        let rgb = self.balance.map_or(rgb, |m| times(m, rgb.map(f64::from)).map(|x| x as f32));
-        self.curve.apply(rgb.map(|x| x * self.scale)).map(srgb_encode)
+        let rgb = rgb.map(f64::from);
+        let rgb = self.balance.map_or(rgb, |m| times(m, rgb));
+        let most = rgb.iter().fold(0.0f64, |most, x| most.max(x.abs())) * f64::from(self.scale);
+        let scaled = match most > f64::from(f32::MAX) && most.is_finite() {
+            false => rgb.map(|x| x as f32 * self.scale),
+            // Brighter than single precision can say, where the ratios would be lost: as bright as it can.
+            true => rgb.map(|x| (x * f64::from(self.scale) * (f64::from(f32::MAX) / most)) as f32),
+        };
+        self.curve.apply(scaled).map(srgb_encode)
     }
 }
 

@@ -41,16 +41,12 @@ impl ToneCurve {
     /// The linear sRGB colour, each part from 0 to 1, that shows the linear sRGB colour `rgb`. What is outside of sRGB's gamut loses as much of its
     /// colourfulness as it has to ([`into_gamut`]); greys stay grey.
     pub fn apply(self, rgb: [f32; 3]) -> [f32; 3] {
-        // As white as can be long before the end, where the curves would become 0/0.
-        let bounded = rgb.map(|x| if x.is_nan() { 0.0 } else { x.clamp(-1e6, 1e6) });
+        let numbers = rgb.map(|x| if x.is_nan() { 0.0 } else { f64::from(x.clamp(f32::MIN, f32::MAX)) });
         if self == Self::Agx {
-            return into_gamut(agx(bounded.map(f64::from)), 1.0).map(|x| x.clamp(0.0, 1.0) as f32);
+            return into_gamut(agx(numbers), 1.0).map(|x| x.clamp(0.0, 1.0) as f32);
         }
-        let positive = if bounded.iter().all(|x| *x >= 0.0) {
-            bounded
-        } else {
-            into_gamut(bounded.map(f64::from), f64::INFINITY).map(|x| x.max(0.0) as f32)
-        };
+        // As white as can be long before the end, where the curves would become 0/0; but only once the hue, which is in the ratios, has been kept.
+        let positive = into_gamut(numbers, f64::INFINITY).map(|x| x.clamp(0.0, 1e6) as f32);
         positive.map(|x| match self {
             Self::Clip | Self::Agx => x.min(1.0),
             Self::Reinhard => (x * (1.0 + x / 16.0) / (1.0 + x)).min(1.0),
@@ -201,6 +197,16 @@ mod tests {
                     _ => r > 2.0 * g.max(b),
                 };
                 assert!(is, "{curve:?} {hue}: {r} {g} {b}");
+                // However bright: nothing becomes darker by more light.
+                let mut last = -1.0f32;
+                for stops in -20..128 {
+                    let bright = f64::from(stops).exp2();
+                    let shown =
+                        curve.apply(rgb.map(|x| (x * scale * bright).clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32));
+                    let most = shown.into_iter().fold(0.0, f32::max);
+                    assert!(most >= last - 1e-3, "{curve:?} {hue} {stops}: {shown:?}, before {last}");
+                    last = most;
+                }
             }
         }
     }
