@@ -151,7 +151,7 @@ pub enum Command {
         /// Also write pictures of the differences: FLIP, what the eye notices, as OUT.png, the relative error as OUT.relative.png
         #[arg(long, value_name = "OUT.png")]
         diff: Option<PathBuf>,
-        /// Print JSON
+        /// Print JSON, with the mean of FLIP
         #[arg(long)]
         json: bool,
     },

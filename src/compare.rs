@@ -61,8 +61,9 @@ pub fn compare(a: &Picture, b: &Picture) -> Result<Comparison> {
         let square = (x - y) * (x - y);
         c.mse += square / count;
         c.relative_mse += square / (y * y + floor) / count;
-        // A NaN anywhere must not hide behind `max`.
-        c.largest = if (x - y).is_nan() { f64::NAN } else { c.largest.max((x - y).abs()) };
+        // A NaN anywhere must not hide behind `max`, wherever it stands.
+        let difference = (x - y).abs();
+        c.largest = if difference.is_nan() || c.largest.is_nan() { f64::NAN } else { c.largest.max(difference) };
     }
     if c.mse != 0.0 {
         c.psnr = -10.0 * c.mse.log10();
@@ -98,5 +99,26 @@ impl std::fmt::Display for Comparison {
             writeln!(f, "mean ratio, {name:<8} {ratio:.6}")?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Frame;
+
+    #[test]
+    fn what_is_no_number_is_not_hidden() {
+        let picture = |data: [f32; 4]| {
+            let size = [4, 1];
+            Picture { size, frame: Frame { offset: [0, 0], size }, channels: vec!["Y".to_owned()], data: data.to_vec() }
+        };
+        for place in 0..4 {
+            let mut data = [1.0, 2.0, 3.0, 4.0];
+            data[place] = f32::NAN;
+            let found = compare(&picture(data), &picture([1.0, 2.5, 3.0, 4.5])).expect("comparable");
+            assert!(found.largest.is_nan() && found.mse.is_nan() && found.psnr.is_nan(), "{place}: {found:?}");
+            assert!(found.to_json()["largest"].is_null());
+        }
     }
 }

@@ -1,24 +1,11 @@
 //! Where two pictures differ: as pictures of the differences.
 
+use crate::colour_map::{MAGMA, colour};
 use crate::flip;
 use crate::image::{self, Picture};
 use anyhow::{Result, bail};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-
-/// The colour map magma (Smith, van der Walt and Firing 2015, matplotlib, CC0) at ten equal steps, sRGB.
-const MAGMA: [[u8; 3]; 10] = [
-    [0x00, 0x00, 0x04],
-    [0x18, 0x0f, 0x3e],
-    [0x45, 0x10, 0x77],
-    [0x72, 0x1f, 0x81],
-    [0x9f, 0x2f, 0x7f],
-    [0xcd, 0x40, 0x71],
-    [0xf1, 0x60, 0x5d],
-    [0xfd, 0x95, 0x67],
-    [0xfe, 0xc9, 0x8d],
-    [0xfc, 0xfd, 0xbf],
-];
 
 /// The differences of a picture from a reference, a number a pixel, row by row from the top.
 pub struct Difference {
@@ -59,7 +46,7 @@ impl Difference {
             ("Description", format!("{said}, from 0 (black) to 1 (light yellow)")),
         ];
         image::write_rows(to, self.size, false, &texts, |y, row| {
-            numbers[y * self.size[0]..][..self.size[0]].iter().for_each(|v| row.extend(magma(*v)));
+            numbers[y * self.size[0]..][..self.size[0]].iter().for_each(|v| row.extend(colour(&MAGMA, f64::from(*v))));
         })
     }
 }
@@ -74,14 +61,6 @@ fn colours(picture: &Picture) -> Option<Vec<[f32; 3]>> {
     let position = |name: &str| picture.channels.iter().position(|c| c == name);
     let [r, g, b] = [position("R")?, position("G")?, position("B")?];
     Some(picture.data.chunks_exact(picture.channels.len()).map(|p| [p[r], p[g], p[b]]).collect())
-}
-
-/// The colour of a number; what is none is as large as can be.
-fn magma(v: f32) -> [u8; 3] {
-    let at = if v.is_nan() { 1.0 } else { v.clamp(0.0, 1.0) } * (MAGMA.len() - 1) as f32;
-    let i = (at as usize).min(MAGMA.len() - 2);
-    let s = at - i as f32;
-    std::array::from_fn(|c| (f32::from(MAGMA[i][c]) * (1.0 - s) + f32::from(MAGMA[i + 1][c]) * s + 0.5) as u8)
 }
 
 /// Makes sure that pictures of differences can be made.
@@ -120,6 +99,5 @@ mod tests {
             found.relative
         );
         assert!(found.flip[0] > 0.0 && found.mean_flip() > 0.0);
-        assert_eq!((magma(0.0), magma(1.0), magma(f32::NAN), magma(-3.0)), (MAGMA[0], MAGMA[9], MAGMA[9], MAGMA[0]));
     }
 }

@@ -3,23 +3,10 @@
 //! A number becomes a colour of viridis, from dark blue at the data's 1st percentile to yellow at its 99th. A vector becomes
 //! red, green and blue: positions each axis over its own range, directions from -1 to 1. What has no value is black.
 
+use crate::colour_map::{VIRIDIS, colour};
 use crate::layers::LayerPicture;
 use bhs_engine::layer::{Display, Value};
 use std::path::{Path, PathBuf};
-
-/// The colour map viridis (Smith, van der Walt and Firing 2015, matplotlib, CC0) at ten equal steps, sRGB.
-const VIRIDIS: [[u8; 3]; 10] = [
-    [0x44, 0x01, 0x54],
-    [0x48, 0x28, 0x78],
-    [0x3e, 0x49, 0x89],
-    [0x31, 0x68, 0x8e],
-    [0x26, 0x82, 0x8e],
-    [0x1f, 0x9e, 0x89],
-    [0x35, 0xb7, 0x79],
-    [0x6e, 0xce, 0x58],
-    [0xb5, 0xde, 0x2b],
-    [0xfd, 0xe7, 0x25],
-];
 
 /// Shares of the values that lie below and above the range of the colours.
 const TAIL: f64 = 0.01;
@@ -59,7 +46,7 @@ impl<'p> FalseColor<'p> {
         let byte = |x: f64| (255.0 * x + 0.5) as u8;
         let format = &self.picture.format;
         match format.display {
-            _ if format.channels.len() == 1 => viridis(share(0)),
+            _ if format.channels.len() == 1 => colour(&VIRIDIS, share(0)),
             // Reflectances are light; the others are numbers.
             Display::Reflectance => std::array::from_fn(|c| byte(f64::from(bhs_colour::srgb_encode(share(c) as f32)))),
             _ => std::array::from_fn(|c| byte(share(c))),
@@ -96,14 +83,6 @@ fn percentiles(mut values: Vec<f64>) -> [f64; 2] {
     [TAIL, 1.0 - TAIL].map(|p| values[(p * last as f64).round() as usize])
 }
 
-/// The colour at `t` between 0 and 1.
-fn viridis(t: f64) -> [u8; 3] {
-    let at = t * (VIRIDIS.len() - 1) as f64;
-    let i = (at as usize).min(VIRIDIS.len() - 2);
-    let s = at - i as f64;
-    std::array::from_fn(|c| (f64::from(VIRIDIS[i][c]) * (1.0 - s) + f64::from(VIRIDIS[i + 1][c]) * s + 0.5) as u8)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,7 +112,7 @@ mod tests {
 
     #[test]
     fn constant_and_empty_layers_have_colours_too() {
-        assert_eq!(colors(WINDING, vec![Some([3.0; 3]); 4]).0, vec![viridis(0.5); 4]);
+        assert_eq!(colors(WINDING, vec![Some([3.0; 3]); 4]).0, vec![colour(&VIRIDIS, 0.5); 4]);
         assert_eq!(colors(WINDING, vec![None]), (vec![[0; 3]], "winding: no pixel has a value".to_owned()));
     }
 

@@ -3,7 +3,7 @@
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference Evaluator for Alternating Images" (LDR); Andersson, Nilsson,
 //! Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images" (HDR: the greatest difference over exposures from where the
 //! brightest point of the reference is white to where its median is). The numbers are those of the authors' program, `flip-evaluator`, with its defaults: a screen
-//! of 3840 pixels and 0.7 m across, 0.7 m away, and the ACES curve.
+//! of 3840 pixels and 0.7 m across, 0.7 m away, and the ACES curve; but that these exposures are [`MOST_EXPOSURES`] at most.
 
 use rayon::prelude::*;
 use std::f32::consts::PI;
@@ -189,6 +189,10 @@ pub fn ldr(size: [usize; 2], test: &[Rgb], reference: &[Rgb]) -> Vec<f32> {
         .collect()
 }
 
+/// Most exposures. They lie a stop apart, and further only where the brightest point is more than 40 stops above the median: a picture with a lamp, most of
+/// which is black.
+const MOST_EXPOSURES: f32 = 40.0;
+
 /// The exposures (stops) over which the greatest difference is sought.
 fn exposures(reference: &[Rgb]) -> Vec<f32> {
     const SHOWN: f32 = 0.85;
@@ -200,7 +204,7 @@ fn exposures(reference: &[Rgb]) -> Vec<f32> {
     let n = luminances.len();
     let median = 0.5 * (luminances[(n - 1) / 2] + luminances[n / 2]);
     let [start, stop] = [luminances[n - 1], median].map(|y| (x / y.max(f32::EPSILON)).log2());
-    let count = (stop - start).ceil().max(2.0);
+    let count = (stop - start).ceil().clamp(2.0, MOST_EXPOSURES);
     (0..count as usize).map(|i| start + i as f32 * (stop - start) / (count - 1.0)).collect()
 }
 
@@ -209,10 +213,11 @@ pub fn hdr(size: [usize; 2], test: &[Rgb], reference: &[Rgb]) -> Vec<f32> {
     let positive =
         |pixels: &[Rgb]| -> Vec<Rgb> { pixels.iter().map(|p| p.map(|x| if x > 0.0 { x.min(f32::MAX) } else { 0.0 })).collect() };
     let (test, reference) = (positive(test), positive(reference));
-    if test.is_empty() {
-        return Vec::new();
-    }
     let mut greatest = vec![0.0f32; test.len()];
+    // Which takes no time; nor do pictures of no size.
+    if test == reference {
+        return greatest;
+    }
     for stops in exposures(&reference) {
         let scale = stops.exp2();
         let shown = |x: f32| {
@@ -275,6 +280,12 @@ mod tests {
     fn equal_pictures_do_not_differ_and_nothing_odd_comes_out() {
         let pixels = picture(1, true);
         assert!(hdr(SIZE, &pixels, &pixels).iter().all(|v| *v == 0.0));
+        // Of any range.
+        let mut dark = vec![[0.0; 3]; pixels.len()];
+        dark[7] = [f32::MAX; 3];
+        assert_eq!(exposures(&dark).len(), MOST_EXPOSURES as usize);
+        assert!((exposures(&pixels).len() as f32) < MOST_EXPOSURES);
+        assert!(hdr(SIZE, &pixels, &dark).iter().all(|v| (0.0..=1.0).contains(v)));
         let odd: Vec<Rgb> =
             pixels.iter().enumerate().map(|(i, p)| if i % 3 == 0 { [f32::NAN, f32::INFINITY, -1.0] } else { *p }).collect();
         for (test, reference) in

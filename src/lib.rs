@@ -11,6 +11,7 @@ pub mod bench;
 pub mod bloom;
 pub mod checkpoint;
 pub mod cli;
+pub mod colour_map;
 pub mod commands;
 pub mod compare;
 pub mod denoise;

@@ -16,16 +16,22 @@ pub fn compare(a: &Path, b: &Path, diff: Option<&Path>, as_json: bool, common: &
     for path in [a, b] {
         common.open(path)?;
     }
-    let (first, second) = (Picture::read_exr(a)?, Picture::read_exr(b)?);
-    let comparison = crate::compare::compare(&first, &second)?;
-    let difference = Difference::new(&first, &second);
+    // Whether the results can be kept is found out before they are made.
+    let mut files = Vec::new();
     if let Some(out) = diff {
-        let difference = difference::check(difference.as_ref())?;
         if out.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
             bail!("cannot write `{}`: the name of --diff ends in .png", out.display());
         }
-        let Some(files) = claim(out, [a, b], common) else { return Ok(ExitStatus::Fault) };
-        files.iter().try_for_each(OutputFile::probe)?;
+        let Some(claimed) = claim(out, [a, b], common) else { return Ok(ExitStatus::Fault) };
+        claimed.iter().try_for_each(OutputFile::probe)?;
+        files = claimed;
+    }
+    let (first, second) = (Picture::read_exr(a)?, Picture::read_exr(b)?);
+    let comparison = crate::compare::compare(&first, &second)?;
+    // FLIP takes by far the longest.
+    let difference = if diff.is_some() || as_json { Difference::new(&first, &second) } else { None };
+    if diff.is_some() {
+        let difference = difference::check(difference.as_ref())?;
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let pair = format!("of {} against {}", name(a), name(b));
         let mut set = OutputSet::new();
