@@ -68,13 +68,39 @@ impl Attribute {
     }
 }
 
-/// Words as OpenEXR keeps them, which has one byte a character: others are written as `\u{...}`.
+/// Words as OpenEXR keeps them, which has one byte a character: others are written as `\u{...}`, and then backslashes too, so that [`said`] reads what was
+/// written.
 fn text(words: &str) -> exr::meta::attribute::Text {
     use exr::meta::attribute::Text;
-    let escaped = |c: char| if (c as u32) < 256 { c.to_string() } else { c.escape_unicode().to_string() };
-    Text::new_or_none(words)
-        .or_else(|| Text::new_or_none(words.chars().map(escaped).collect::<String>()))
-        .unwrap_or_else(|| "".into())
+    let fits = |c: char| u8::try_from(c as u32).is_ok();
+    let escaped = |c: char| if fits(c) && c != '\\' { c.to_string() } else { c.escape_unicode().to_string() };
+    let plain = Some(words).filter(|words| words.chars().all(fits) && !words.contains("\\u{"));
+    let words = plain.map_or_else(|| words.chars().map(escaped).collect(), str::to_owned);
+    Text::new_or_none(words).unwrap_or_else(|| "".into())
+}
+
+/// The words that a text of a file means.
+fn said(text: &str) -> String {
+    let mut parts = text.split("\\u{");
+    let mut said = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let escaped = part.split_once('}').and_then(|(digits, rest)| {
+            let c = u32::from_str_radix(digits, 16).ok().and_then(char::from_u32)?;
+            Some((c, rest))
+        });
+        match escaped {
+            Some((c, rest)) => {
+                said.push(c);
+                said.push_str(rest);
+            }
+            // Somebody else's.
+            None => {
+                said.push_str("\\u{");
+                said.push_str(part);
+            }
+        }
+    }
+    said
 }
 
 /// A value as files keep it: the largest number of its sign in place of what is larger, and 0 for what is no number. Where that happens,
@@ -97,6 +123,11 @@ impl ExrHeader {
         self
     }
 
+    /// The primaries and the white of its colours, if it names them.
+    pub fn chromaticities(&self) -> Option<Chromaticities> {
+        self.image.chromaticities
+    }
+
     /// What an attribute says, as a word; `None` if there is none of this name, or it is no word or number.
     pub fn word(&self, name: &str) -> Option<String> {
         word(self.layer.other.iter().find(|(own, _)| own.to_string() == name)?.1)
@@ -106,7 +137,7 @@ impl ExrHeader {
 /// The value of an attribute as a word, if it is one or a number.
 pub(crate) fn word(value: &AttributeValue) -> Option<String> {
     match value {
-        AttributeValue::Text(text) => Some(text.to_string()),
+        AttributeValue::Text(text) => Some(said(&text.to_string())),
         AttributeValue::F64(x) => Some(x.to_string()),
         AttributeValue::F32(x) => Some(x.to_string()),
         AttributeValue::I32(x) => Some(x.to_string()),
@@ -297,4 +328,32 @@ pub fn write_rows(
     }
     stream.finish()?;
     Ok(writer.finish()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_of_exr_files_hold_any_words() {
+        for words in [
+            "",
+            "left",
+            "\u{e9}t\u{e9}",
+            "\u{41a}\u{430} \u{1f600} \u{f6}",
+            r"a\b",
+            r"\u{41}",
+            r"\u{41} \ \u{zz",
+            "\u{41a}\\u{41}",
+            "a\0b",
+        ] {
+            let kept = text(words).to_string();
+            assert!(kept.chars().all(|c| (c as u32) < 256));
+            assert_eq!(said(&kept), words, "{kept}");
+        }
+        // Those of others.
+        for theirs in [r"\u{", r"\u{}", r"\u{d800}", r"\u{ffffffffff}x"] {
+            assert_eq!(said(theirs), theirs);
+        }
+    }
 }

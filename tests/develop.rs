@@ -103,6 +103,66 @@ fn developing_is_what_rendering_does() {
     assert!(bytes(&folder, "again.png") == bytes(&folder, "layers.png"));
 }
 
+/// Every layer and every channel, as light and in false colours; and channels that stand in another order in the file than in the film.
+#[test]
+fn developing_a_layer_is_what_rendering_it_does() {
+    let hole = "BlackHole \"schwarzschild\" \"point3 center\" [0 2 1] \"float rs\" 0.2\n";
+    let scene = SCENE.replace("WorldBegin\n", &format!("WorldBegin\n{hole}"));
+    let folder = Folder::new(&scene);
+    let all: Vec<&str> = bhs::develop::channels::known().into_iter().map(|(name, _)| name).collect();
+    let aov: Vec<&str> = all.iter().flat_map(|name| ["--aov", name]).collect();
+    assert!(all.len() > 15, "{all:?}");
+    let same = |layer: &str| {
+        for flags in [&["--layer", layer, "--exposure", "auto"][..], &["--layer", layer, "--false-color"]] {
+            let before = folder.files();
+            let run = folder.run(&[&["render", "scene.bhs", "--quiet", "-o", "flags.exr"], &aov[..], flags].concat());
+            assert_eq!(run.code, 0, "{flags:?}: {}", run.err);
+            let others: Vec<_> = folder.files().into_iter().filter(|name| !before.contains(name)).collect();
+            assert!(others.iter().all(|name| name == "flags.exr" || name == "flags.png"), "{flags:?}: {others:?}");
+            developed(&folder, "plain.exr", "developed.png", flags);
+            assert!(bytes(&folder, "flags.png") == bytes(&folder, "developed.png"), "{flags:?}");
+        }
+    };
+    let plain = || {
+        let run = folder.run(&[&["render", "scene.bhs", "--quiet", "-o", "plain.exr"], &aov[..]].concat());
+        assert_eq!(run.code, 0, "{}", run.err);
+    };
+    plain();
+    all.iter().copied().chain(["R", "N.X", "N", "Variance"]).for_each(same);
+    // Two numbers, of which the file has the second one first, and three.
+    for (buckets, channel) in [(2, "S0.1025,000nm"), (3, "S0.850,000nm")] {
+        let spectral = format!("\"spectral\" \"integer nbuckets\" {buckets} \"float lambdamin\" 800 \"float lambdamax\" 1100");
+        folder.write("scene.bhs", scene.replace("\"rgb\" \"integer x", &format!("{spectral} \"integer x")));
+        plain();
+        ["S0", channel, "depth"].into_iter().for_each(same);
+        let (shown, _) = png(&bytes(&folder, "flags.png"));
+        assert!(shown.iter().any(|v| *v > 0), "nothing is seen");
+    }
+    // A channel of the picture needs no layer.
+    let run = folder.run(&["render", "scene.bhs", "--quiet", "--layer", "R", "--false-color", "-o", "red.exr"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    developed(&folder, "red.exr", "developed.png", &["--layer", "R", "--false-color"]);
+    assert!(bytes(&folder, "red.png") == bytes(&folder, "developed.png"));
+}
+
+/// EXR files have one byte a character, PNG files have all of Unicode.
+#[test]
+fn cameras_have_names_in_any_language() {
+    for name in ["left", "\u{e9}t\u{e9}", "\u{41a}\u{430}\u{43c}\u{435}\u{440}\u{430} \u{1f600} \u{f6}", r"u{41}"] {
+        let folder = Folder::new(&SCENE.replace("\"perspective\"", &format!("\"perspective\" \"string name\" \"{name}\"")));
+        let run = folder.run(&["render", "scene.bhs", "--quiet", "--spp", "1", "-o", "a.exr"]);
+        assert_eq!(run.code, 0, "{}", run.err);
+        developed(&folder, "a.exr", "b.png", &[]);
+        assert!(bytes(&folder, "a.png") == bytes(&folder, "b.png"), "{name}");
+        let (_, chunks) = png(&bytes(&folder, "a.png"));
+        let said = chunks.iter().any(|(kind, content)| {
+            let text = String::from_utf8_lossy(content);
+            matches!(kind.as_str(), "tEXt" | "iTXt") && text.starts_with("camera\0") && text.ends_with(&format!("\0{name}"))
+        });
+        assert!(said, "{name}: {chunks:?}");
+    }
+}
+
 /// A picture by another program, as bhs would not write it.
 fn write(folder: &Folder, name: &str, channels: &[&str], pixels: &[&[f32]]) {
     let size = [pixels.len(), 1];
@@ -144,6 +204,23 @@ fn pngs_say_what_they_are() {
     assert!(get("Software").starts_with("bhs ") && get("exposure").ends_with(" stops"), "{said:?}");
     let folder_name = folder.at("").to_string_lossy().into_owned();
     assert!(said.iter().all(|(_, text)| !text.contains(folder_name.trim_end_matches('/'))), "{said:?}");
+}
+
+/// Of light that no screen shows, and that is brighter than any number of it.
+#[test]
+fn bright_light_of_one_wavelength_is_not_black() {
+    let folder = Folder::new(SCENE);
+    let laser = [-0.3f32, 0.6, -0.05];
+    let pixels = [1.0, 1e8, 1e37].map(|unit| laser.map(|v| v * unit));
+    write(&folder, "in.exr", &["R", "G", "B"], &pixels.iter().map(|p| &p[..]).collect::<Vec<_>>());
+    for flags in [&["--exposure", "0"][..], &["--exposure", "40"], &["--exposure", "40", "--white", "5000"]] {
+        for curve in ["clip", "reinhard", "aces", "agx"] {
+            developed(&folder, "in.exr", "out.png", &[flags, &["--tonecurve", curve]].concat());
+            let (shown, _) = png(&bytes(&folder, "out.png"));
+            let [dim, bright @ ..] = [shown[1], shown[4], shown[7]];
+            assert!(bright.iter().all(|g| *g >= dim && *g > 40_000), "{flags:?} {curve}: {shown:?}");
+        }
+    }
 }
 
 /// Colours out of the gamut keep hue and lightness: a laser is not what is left when its negative red is cut off.
@@ -236,6 +313,15 @@ fn differences_are_numbers_and_pictures() {
     }
     let same = folder.run(&["compare", "b.exr", "b.exr", "--json"]);
     assert_eq!(flip(&same.out), 0.0, "{}", same.out);
+    // FLIP takes time, and is left out of what does not ask for it.
+    let plain = folder.run(&["compare", "a.exr", "b.exr"]);
+    assert!(plain.code == 0 && plain.out.contains("relative MSE") && !plain.out.contains("FLIP"), "{}", plain.out);
+    // What the pictures cannot be compared for is found out after whether the result can be written.
+    let missing = folder.run(&["compare", "missing.exr", "b.exr", "--diff", "a.exr"]);
+    assert!(missing.code == 1 && missing.err.contains("missing.exr"), "{}", missing.err);
+    folder.write("text.exr", "no picture");
+    let text = folder.run(&["compare", "text.exr", "b.exr", "--diff", "a.exr"]);
+    assert!(text.code == 1 && text.err.contains("ends in .png"), "{}", text.err);
     // Nothing is written in place of what is compared.
     std::fs::hard_link(folder.at("a.exr"), folder.at("hard.png")).expect("linked");
     std::fs::hard_link(folder.at("b.exr"), folder.at("c.relative.png")).expect("linked");

@@ -11,6 +11,7 @@ use crate::memory;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
 use crate::say;
 use anyhow::{Context, Result};
+use bhs_textures::decode::exr_parts::Shown;
 use std::path::Path;
 use std::time::Instant;
 
@@ -46,7 +47,12 @@ pub fn denoise(args: &DenoiseArgs, common: &Common) -> Result<ExitStatus> {
     let picture = denoiser.denoise(&picture).with_context(shown)?;
     let attributes = attributes.with_text(header::DENOISED, &denoiser.name());
 
-    let colors = picture.shown(&picture.find(denoise::COLORS).unwrap_or_default());
+    // As `bhs develop` shows it.
+    let rgb = Shown::Rgb(picture.find(denoise::COLORS).unwrap_or_default());
+    let (colors, notes) = develop::colours(&picture, rgb, attributes.chromaticities());
+    if !args.quiet {
+        notes.iter().for_each(|note| say!("note: `{}`: {note}", args.picture.display()));
+    }
     let look = Look::of_words(|name| attributes.word(&format!("bhs:{name}")));
     let texts = Texts::of(|name| attributes.word(name));
     let mut set = OutputSet::new();

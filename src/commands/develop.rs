@@ -7,7 +7,6 @@ use crate::false_color::{self, FalseColor};
 use crate::output::{NamedBy, OutputFile, OutputSet, Plan};
 use crate::say;
 use anyhow::{Result, bail};
-use std::borrow::Cow;
 
 /// `bhs develop`
 ///
@@ -17,26 +16,19 @@ pub fn develop(args: &DevelopArgs, common: &Common) -> Result<ExitStatus> {
     let input = Input::read(&args.picture, common.open(&args.picture)?)?;
     let look = args.look.changes().over(input.look());
     let layer = args.look.layer.as_deref();
-    let false_color = |name: &str| -> Result<Content> {
-        let (layer, size) = input.layer(name)?;
-        Ok(Content::FalseColor(layer, size))
+    let (content, notes) = match layer {
+        Some(name) => input.layer(name, args.look.false_color)?,
+        None => input.picture()?,
     };
-    let mut contents = Vec::new();
-    let mut notes = Vec::new();
-    match layer.filter(|_| args.look.false_color) {
-        Some(name) => contents.push(false_color(name)?),
-        None => {
-            let (picture, found) = input.colours(layer)?;
-            contents.push(Content::Colours(Cow::Owned(picture)));
-            notes = found;
-        }
-    }
+    let mut contents = vec![content];
     let besides: Vec<&str> = if args.look.false_color && layer.is_none() { input.recorded().collect() } else { Vec::new() };
     if args.look.false_color && layer.is_none() && besides.is_empty() {
         say!("error: --false-color shows layers, and `{}` has none of bhs; --layer NAME shows another", args.picture.display());
         return Ok(ExitStatus::Fault);
     }
-    contents.extend(besides.iter().map(|name| false_color(name)).collect::<Result<Vec<_>>>()?);
+    for name in &besides {
+        contents.push(input.layer(name, true)?.0);
+    }
     if !args.quiet {
         notes.iter().for_each(|note| say!("note: `{}`: {note}", args.picture.display()));
     }

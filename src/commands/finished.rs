@@ -1,11 +1,14 @@
 //! A picture as it is written: what has been rendered, denoised if that is asked for.
 
-use crate::denoise::{Denoiser, Fault, STARS};
+use crate::denoise::{COLORS, Denoiser, Fault, NOISY, STARS};
+use crate::develop::Content;
+use crate::develop::channels::{self, Found, Known};
 use crate::header::{self, Facts};
 use crate::image::{Attribute, Picture};
 use crate::lang::BuiltScene;
 use crate::layers::LayerPicture;
 use crate::render::Rendered;
+use anyhow::Result;
 use std::borrow::Cow;
 
 /// What has been rendered, as it is written.
@@ -61,9 +64,49 @@ impl<'r> Finished<'r> {
         }
     }
 
+    /// What the PNG shows: the picture; or a layer, which is found among its channels as `bhs develop` finds it in the file.
+    ///
+    /// # Errors
+    /// If there is no such layer.
+    pub fn content(&self, layer: Option<&str>, false_color: bool) -> Result<Content<'_>> {
+        let Some(name) = layer else { return Ok(Content::Colours(Cow::Borrowed(&self.picture))) };
+        let all = self.channels_in_the_end();
+        let known: Vec<Known> = self.layers.iter().map(|layer| (layer.name, layer.format)).collect();
+        let names: Vec<&str> = all.channels.iter().map(String::as_str).collect();
+        let found = channels::find(&names, name, &known).map_err(anyhow::Error::msg)?;
+        Ok(Content::of(&all, &found, None, false_color).0)
+    }
+
+    /// All channels that it has once it is denoised, as if it was: before that its colours are the noisy ones.
+    fn channels_in_the_end(&self) -> Cow<'_, Picture> {
+        if self.denoised.is_some() {
+            return self.all_channels();
+        }
+        let all = self.with_stars(self.all_channels().into_owned());
+        let Some(colors) = all.find(COLORS) else { return Cow::Owned(all) };
+        Cow::Owned(all.with_channels(&NOISY, |pixel, into| into.extend(colors.map(|c| pixel[c]))))
+    }
+
     /// What its header says.
     pub fn attributes(&self, built: &BuiltScene) -> Vec<(String, Attribute)> {
         let denoised = self.denoised.iter().map(|(name, _)| (header::DENOISED.to_owned(), Attribute::Text(name.clone())));
         header::attributes(&Facts::of(built), self.rendered).into_iter().chain(denoised).collect()
     }
+}
+
+/// The channels of the layer `name` that a picture of a scene is going to have, as [`Finished::content`] finds it.
+///
+/// # Errors
+/// What there is instead.
+pub(super) fn find_layer(built: &BuiltScene, is_denoised: bool, name: &str) -> Result<Found, String> {
+    let known: Vec<Known> = built.layers.iter().map(|layer| (layer.name, layer.format)).collect();
+    let film = built.film.channels();
+    let mut names: Vec<&str> = film.iter().map(String::as_str).collect();
+    names.extend(known.iter().flat_map(|(_, format)| format.channels));
+    if is_denoised {
+        names.extend(NOISY);
+        let draws_stars = built.scene.draws_points && built.transport.shows_light();
+        names.extend(STARS.iter().filter(|_| draws_stars));
+    }
+    channels::find(&names, name, &known)
 }

@@ -66,6 +66,11 @@ impl<'a> Naming<'a> {
         Self { frame: Some(frame), ..self }
     }
 
+    /// Whether layers are shown beside the picture, and none of them in its place.
+    pub fn shows_layers_besides(&self) -> bool {
+        self.false_color && self.layer.is_none()
+    }
+
     /// Which part of a picture is rendered, if it is one.
     pub fn part(&self) -> Option<&'a PartArgs> {
         self.args.map(|args| &args.parts).filter(|parts| parts.is_given())
@@ -111,7 +116,7 @@ impl<'a> Naming<'a> {
             let exr = self.exr_called(filename, *camera, cameras.len() == 1);
             let checkpoint = self.args.and_then(|args| args.checkpoint_for(&exr, |path| self.own_name(path, *camera)));
             let states = checkpoint.into_iter().flat_map(|path| [previous(&path), path]);
-            let layers = layers.iter().filter(|_| self.false_color).map(String::as_str);
+            let layers = layers.iter().filter(|_| self.shows_layers_besides()).map(String::as_str);
             let shown = if self.part().is_some() { vec![exr] } else { with_pngs(exr, layers) };
             shown.into_iter().chain(states).collect::<Vec<_>>()
         };

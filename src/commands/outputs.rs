@@ -10,7 +10,6 @@ use crate::false_color::{self, FalseColor};
 use crate::files::FileId;
 use crate::image::Picture;
 use crate::lang::BuiltScene;
-use crate::layers::LayerPicture;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
 use crate::render::Rendered;
 use crate::say;
@@ -60,7 +59,7 @@ impl Outputs {
         if !plan.ends_in(&exr_path, ending, help, by) {
             return None;
         }
-        let layers: &[NamedLayer] = if naming.false_color { &built.layers } else { &[] };
+        let layers: &[NamedLayer] = if naming.shows_layers_besides() { &built.layers } else { &[] };
         let png = (!is_part).then(|| exr_path.with_extension("png"));
         let shown: Vec<PathBuf> = layers.iter().map(|l| false_color::path(&exr_path, l.name)).collect();
         let stats = naming.stats.map(own_name);
@@ -140,7 +139,7 @@ impl Outputs {
             let colors = FalseColor::new(layer);
             is(file.path(), &|to| develop::write_false_color(to, picture.size, &colors, &texts))
         });
-        let content = |to: &mut Vec<u8>| self.content(picture, layers)?.write(to, &built.look, &texts);
+        let content = |to: &mut Vec<u8>| self.content(finished)?.write(to, &built.look, &texts);
         let png = || self.png.as_ref().is_none_or(|png| is(png.path(), &content));
         let stats = || self.stats.as_ref().is_none_or(|file| file.path().exists());
         shown && png() && stats() && {
@@ -150,8 +149,8 @@ impl Outputs {
     }
 
     /// What the PNG shows.
-    fn content<'p>(&self, picture: &'p Picture, layers: &[LayerPicture]) -> Result<Content<'p>> {
-        Content::of(picture, layers, self.layer.as_deref(), self.false_color).map_err(anyhow::Error::msg)
+    fn content<'p>(&self, finished: &'p Finished) -> Result<Content<'p>> {
+        finished.content(self.layer.as_deref(), self.false_color)
     }
 
     /// Writes the picture as it is now, while it goes on; its files can be written again.
@@ -161,7 +160,7 @@ impl Outputs {
     pub fn write_partial(&self, built: &BuiltScene, rendered: &Rendered) -> Result<()> {
         let finished = Finished::of(rendered);
         let attributes = finished.attributes(built);
-        let (content, texts) = (self.content(&finished.picture, &finished.layers)?, Texts::of_attributes(&attributes));
+        let (content, texts) = (self.content(&finished)?, Texts::of_attributes(&attributes));
         let mut set = OutputSet::new();
         if let Some(png) = &self.png {
             set.add(self.as_far_as_mine(png), |to| content.write(to, &built.look, &texts));
@@ -185,7 +184,7 @@ impl Outputs {
         let (size, texts) = (picture.size, &Texts::of_attributes(&attributes));
         let mut set = OutputSet::new();
         if let Some(png) = &self.png {
-            set.add(self.as_far_as_mine(png), |to| self.content(picture, layers)?.write(to, &built.look, texts));
+            set.add(self.as_far_as_mine(png), |to| self.content(finished)?.write(to, &built.look, texts));
         }
         for (file, layer) in self.shown.iter().zip(layers) {
             let colors = FalseColor::new(layer);

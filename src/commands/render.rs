@@ -1,5 +1,6 @@
 //! `bhs render`: a picture for each camera.
 
+use super::finished::find_layer;
 use super::frames::{self, Film};
 use super::naming::Naming;
 use super::outputs::Outputs;
@@ -9,7 +10,6 @@ use super::several::Earlier;
 use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show, start_threads, thread_count};
 use crate::cli::RenderArgs;
 use crate::denoise::{self, Denoiser};
-use crate::develop;
 use crate::diagnosis::BlackFrames;
 use crate::display::Display;
 use crate::lang::{BuiltScene, Overrides, SourceMap};
@@ -171,12 +171,12 @@ pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap,
         show(&[found], sources, common.color);
         return Some(ExitStatus::Fault);
     }
-    if args.look.false_color && built.layers.is_empty() {
+    if args.look.false_color && args.look.layer.is_none() && built.layers.is_empty() {
         say!("error: --false-color shows layers, and none is asked for; add `--aov NAME`");
         return Some(ExitStatus::CommandLine);
     }
     if let Some(name) = &args.look.layer
-        && let Err(why) = develop::channels::find_in(&built.film.channels(), &built.layers, name)
+        && let Err(why) = find_layer(built, args.denoise, name)
     {
         say!("error: --layer: {why}");
         return Some(ExitStatus::CommandLine);

@@ -4,7 +4,8 @@ use crate::image::Picture;
 use crate::layers::LayerPicture;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::did_you_mean;
-use bhs_engine::layer::{Layer, LayerFormat, NamedLayer, Value};
+use bhs_engine::layer::{Layer, LayerFormat, Value};
+use bhs_textures::decode::exr_parts::Shown;
 
 /// A layer that bhs records: its name, and what its numbers are.
 pub type Known = (&'static str, LayerFormat);
@@ -42,7 +43,8 @@ pub fn find(names: &[&str], name: &str, known: &[Known]) -> Result<Found, String
     let mut own: Vec<(usize, &str)> = names.iter().enumerate().filter_map(|(i, n)| Some((i, n.strip_prefix(&prefix)?))).collect();
     own.retain(|(_, last)| !last.contains('.') && !matches!(last.to_lowercase().as_str(), "a" | "alpha"));
     let rank = |last: &str| ["r", "g", "b", "x", "y", "z", "u", "v"].iter().position(|w| last.to_lowercase().starts_with(w));
-    own.sort_by_key(|(i, last)| (rank(last).unwrap_or(usize::MAX), *i));
+    // Files have their channels in the order of their names, pictures that are rendered in that of their film.
+    own.sort_by_key(|(_, last)| (rank(last).unwrap_or(usize::MAX), *last));
     match own.len() {
         1..=3 => {
             let last: Vec<&str> = own.iter().map(|(_, last)| *last).collect();
@@ -68,17 +70,6 @@ pub fn find(names: &[&str], name: &str, known: &[Known]) -> Result<Found, String
         None if all.is_empty() => format!("there is no layer `{name}`, nor any other: `render --aov NAME` records one"),
         None => format!("there is no layer `{name}`; there is {}", all.join(", ")),
     })
-}
-
-/// The same in a picture that is to be rendered, whose film has the channels `own`, with these layers.
-///
-/// # Errors
-/// As [`find`].
-pub fn find_in(own: &[String], layers: &[NamedLayer], name: &str) -> Result<Found, String> {
-    let recorded: Vec<Known> = layers.iter().map(|layer| (layer.name, layer.format)).collect();
-    let of_layers = recorded.iter().flat_map(|(_, format)| format.channels.iter().copied());
-    let names: Vec<&str> = own.iter().map(String::as_str).chain(of_layers).collect();
-    find(&names, name, &recorded)
 }
 
 /// The names of all layers that channels of these names make.
@@ -107,19 +98,20 @@ fn last_words_are_colours(names: &[&str]) -> bool {
     [["r", "g", "b"], ["red", "green", "blue"]].iter().any(|rgb| words.iter().map(String::as_str).eq(rgb.iter().copied()))
 }
 
-impl Picture {
-    /// Some channels as red, green and blue; one alone as grey, the third of two as 0.
-    pub fn shown(&self, channels: &[usize]) -> Self {
-        let of = |pixel: &[f32]| -> [f32; 3] {
-            std::array::from_fn(|c| match channels {
-                [grey] => pixel[*grey],
-                all => all.get(c).map_or(0.0, |c| pixel[*c]),
-            })
-        };
-        let data = self.data.chunks_exact(self.channels.len()).flat_map(of).collect();
-        Self { channels: ["R", "G", "B"].map(str::to_owned).to_vec(), data, ..*self }
+impl Found {
+    /// How they are shown where they are not in false colours: one alone as grey, the third of two as 0.
+    pub fn shown(&self) -> Shown {
+        match *self.channels {
+            [r, g, b, ..] if self.are_colours => Shown::Rgb([r, g, b]),
+            [a, b, c, ..] => Shown::Numbers([a, b, c]),
+            [a, b] => Shown::Pair([a, b]),
+            [grey] => Shown::Grey(grey),
+            [] => Shown::Grey(0),
+        }
     }
+}
 
+impl Picture {
     /// Some channels as a layer; a pixel without a value has -0 in all of them ([`Picture::with_layers`]), or what is no number.
     pub fn layer(&self, found: &Found) -> LayerPicture {
         let channels = &found.channels;
@@ -170,6 +162,11 @@ mod tests {
         assert_eq!(channels("Diffuse.G"), Ok((vec![4], false)));
         assert_eq!(channels("shadingnormal"), channels("Ns"));
         assert_eq!(channels("R"), Ok((vec![10], false)));
+        // Whatever the order of the channels.
+        for names in [["S.b", "S.a", "x"], ["x", "S.a", "S.b"]] {
+            let found = super::find(&names, "S", &known).expect("a layer");
+            assert_eq!(found.channels.iter().map(|c| names[*c]).collect::<Vec<_>>(), ["S.a", "S.b"]);
+        }
         let said = find("dept").expect_err("no such layer");
         assert!(said.contains("did you mean `depth`?") && said.contains("shadingnormal, depth, Diffuse"), "{said}");
         assert!(find("many").expect_err("too many").contains("4 channels"));

@@ -1,16 +1,19 @@
 //! EXR files that are developed: those of bhs, and those of other programs.
 
-use super::Texts;
 use super::channels::{self, Found, Known};
+use super::{Content, Texts};
 use crate::image::{Frame, Picture, word};
-use crate::layers::LayerPicture;
 use crate::look::Look;
 use anyhow::{Context, Result, anyhow};
-use bhs_textures::decode::exr_parts::{self, Channel, Shown};
+use bhs_textures::decode::exr_parts::{self, Channel};
 use exr::meta::MetaData;
+use exr::meta::attribute::Chromaticities;
+use std::borrow::Cow;
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 /// An EXR file.
 pub struct Input {
@@ -20,6 +23,14 @@ pub struct Input {
     known: Vec<Known>,
     /// What its header says, as words.
     header: BTreeMap<String, String>,
+    /// The parts that have been asked for, by their number: each is decoded once, however many layers are shown.
+    decoded: RefCell<BTreeMap<usize, Rc<Part>>>,
+}
+
+/// A part of a file.
+struct Part {
+    picture: Picture,
+    chromaticities: Option<Chromaticities>,
 }
 
 impl Input {
@@ -32,7 +43,7 @@ impl Input {
         from.read_to_end(&mut bytes).with_context(|| format!("cannot read `{}`", path.display()))?;
         let channels = exr_parts::channels(&bytes).map_err(|why| cannot_read(path, &bytes, &why))?;
         let header = header(&bytes);
-        Ok(Self { path: path.to_owned(), bytes, channels, known: channels::known(), header })
+        Ok(Self { path: path.to_owned(), bytes, channels, known: channels::known(), header, decoded: RefCell::default() })
     }
 
     /// How its header says that it is shown; a picture of another program as it is.
@@ -45,42 +56,46 @@ impl Input {
         Texts::of(|name| self.header.get(name).cloned())
     }
 
-    /// Its picture, or a layer, as red, green and blue, and notes about it.
+    /// Its picture, and notes about it.
     ///
     /// # Errors
     /// If it cannot be read, or there is none.
-    pub fn colours(&self, layer: Option<&str>) -> Result<(Picture, Vec<String>)> {
-        let (part, shown, note) = match layer {
-            Some(name) => {
-                let found = self.find(name)?;
-                let (part, own) = self.place(&found)?;
-                (part, shown(&own, found.are_colours), None)
-            }
-            None => exr_parts::picture_of(&self.bytes).map_err(|why| {
-                let layers = self.layers().join(", ");
-                anyhow!("cannot develop `{}`: {why}; --layer NAME shows one of {layers}", self.path.display())
-            })?,
-        };
-        let read = exr_parts::read_colours(&self.bytes, part, shown).map_err(|why| cannot_read(&self.path, &self.bytes, &why))?;
-        let frame = Frame { offset: read.offset.map(|o| o.max(0) as usize), size: read.frame };
-        let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
+    pub fn picture(&self) -> Result<(Content<'static>, Vec<String>)> {
+        let (part, shown, note) = exr_parts::picture_of(&self.bytes).map_err(|why| {
+            let layers = self.layers().join(", ");
+            anyhow!("cannot develop `{}`: {why}; --layer NAME shows one of {layers}", self.path.display())
+        })?;
+        let part = self.part(part)?;
+        let (picture, notes) = super::colours(&part.picture, shown, part.chromaticities);
         let note = note.map(|note| {
             note.replace("to read another one, save it as R, G and B without a layer's name", "--layer NAME shows another one")
         });
-        Ok((Picture { size: read.size, frame, channels, data: read.values }, note.into_iter().chain(read.notes).collect()))
+        Ok((Content::Colours(Cow::Owned(picture)), note.into_iter().chain(notes).collect()))
     }
 
-    /// A layer as it was recorded, and the size of the picture.
+    /// A layer, and notes about it.
     ///
     /// # Errors
     /// If it cannot be read, or there is none.
-    pub fn layer(&self, name: &str) -> Result<(LayerPicture, [usize; 2])> {
+    pub fn layer(&self, name: &str, false_color: bool) -> Result<(Content<'static>, Vec<String>)> {
         let found = self.find(name)?;
-        let (part, own) = self.place(&found)?;
-        let read = exr_parts::read_part(&self.bytes, part).map_err(|why| cannot_read(&self.path, &self.bytes, &why))?;
-        let frame = Frame { offset: [0; 2], size: read.frame };
-        let picture = Picture { size: read.size, frame, channels: read.names, data: read.values };
-        Ok((picture.layer(&Found { channels: own, ..found }), picture.size))
+        let (part, channels) = self.place(&found)?;
+        let part = self.part(part)?;
+        Ok(Content::of(&part.picture, &Found { channels, ..found }, part.chromaticities, false_color))
+    }
+
+    /// A part, which is decoded once.
+    fn part(&self, number: usize) -> Result<Rc<Part>> {
+        if let Some(part) = self.decoded.borrow().get(&number) {
+            return Ok(part.clone());
+        }
+        let read = exr_parts::read_part(&self.bytes, number).map_err(|why| cannot_read(&self.path, &self.bytes, &why))?;
+        let exr_parts::Part { channels, chromaticities } = read;
+        let frame = Frame { offset: channels.offset.map(|o| o.max(0) as usize), size: channels.frame };
+        let picture = Picture { size: channels.size, frame, channels: channels.names, data: channels.values };
+        let part = Rc::new(Part { picture, chromaticities });
+        self.decoded.borrow_mut().insert(number, part.clone());
+        Ok(part)
     }
 
     /// The names of its layers.
@@ -114,16 +129,6 @@ impl Input {
             ));
         }
         Ok((part, places.into_iter().map(|[_, channel]| channel).collect()))
-    }
-}
-
-fn shown(channels: &[usize], are_colours: bool) -> Shown {
-    match *channels {
-        [r, g, b] if are_colours => Shown::Rgb([r, g, b]),
-        [a, b, c] => Shown::Numbers([a, b, c]),
-        [a, b] => Shown::Numbers([a, b, b]),
-        [grey, ..] => Shown::Grey(grey),
-        [] => Shown::Grey(0),
     }
 }
 

@@ -17,6 +17,9 @@ use crate::layers::LayerPicture;
 use crate::look::{Bits, Exposure, Look, White};
 use anyhow::Result;
 use bhs_colour::{Matrix, ToneCurve, balance_of, balance_of_colour, srgb_encode, times};
+use bhs_textures::decode::exr_parts::{self, Shown, ShownColours};
+use channels::Found;
+use exr::meta::attribute::Chromaticities;
 use std::borrow::Cow;
 use std::io::Write;
 
@@ -67,21 +70,14 @@ pub enum Content<'p> {
     FalseColor(LayerPicture, [usize; 2]),
 }
 
-impl<'p> Content<'p> {
-    /// A picture with these layers; or one of the layers, or other channels, if it has a name.
-    ///
-    /// # Errors
-    /// If there is no such layer.
-    pub fn of(picture: &'p Picture, layers: &[LayerPicture], name: Option<&str>, false_color: bool) -> Result<Self, String> {
-        let Some(name) = name else { return Ok(Self::Colours(Cow::Borrowed(picture))) };
-        let all = picture.clone().with_layers(layers);
-        let known: Vec<channels::Known> = layers.iter().map(|layer| (layer.name, layer.format)).collect();
-        let names: Vec<&str> = all.channels.iter().map(String::as_str).collect();
-        let found = channels::find(&names, name, &known)?;
-        Ok(match false_color {
-            true => Self::FalseColor(all.layer(&found), all.size),
-            false => Self::Colours(Cow::Owned(all.shown(&found.channels))),
-        })
+impl Content<'_> {
+    /// Some channels of a picture, and what was odd about them; `chromaticities` are those of its colours, sRGB if not given.
+    pub fn of(all: &Picture, found: &Found, chromaticities: Option<Chromaticities>, false_color: bool) -> (Self, Vec<String>) {
+        if false_color {
+            return (Self::FalseColor(all.layer(found), all.size), Vec::new());
+        }
+        let (picture, notes) = colours(all, found.shown(), chromaticities);
+        (Self::Colours(Cow::Owned(picture)), notes)
     }
 
     /// Writes it as PNG.
@@ -94,6 +90,12 @@ impl<'p> Content<'p> {
             Self::FalseColor(layer, size) => write_false_color(to, *size, &FalseColor::new(layer), texts),
         }
     }
+}
+
+/// Some channels of a picture as red, green and blue, and what was odd about them.
+pub fn colours(all: &Picture, shown: Shown, chromaticities: Option<Chromaticities>) -> (Picture, Vec<String>) {
+    let ShownColours { values, notes } = exr_parts::colours(&all.data, all.channels.len(), shown, chromaticities);
+    (Picture { channels: ["R", "G", "B"].map(str::to_owned).to_vec(), data: values, ..*all }, notes)
 }
 
 /// Writes a picture, whose first three channels are red, green and blue, as PNG.

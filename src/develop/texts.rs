@@ -27,7 +27,8 @@ impl Texts {
         let mut all = vec![("Software", format!("bhs {version}"))];
         for (keyword, name) in KEYWORDS {
             let digits = if name == "bhs:seed" { get("bhs:seedDigits") } else { None };
-            all.extend(digits.or_else(|| get(name)).filter(|text| !text.contains('\0')).map(|text| (keyword, text)));
+            // Texts of PNG files hold all characters but that one.
+            all.extend(digits.or_else(|| get(name)).map(|text| (keyword, text.replace('\0', "\\u{0}"))));
         }
         Self(all)
     }

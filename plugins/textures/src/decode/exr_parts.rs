@@ -3,6 +3,7 @@
 use super::exr::{Channels, Odd, flat_parts, luminance_weights, open, primaries, read_channels, rgb_of_chroma};
 use super::exr_layer::{Choice, Colours, choose};
 use super::primaries::srgb_from;
+use exr::meta::attribute::Chromaticities;
 use glam::Vec3;
 
 /// A channel of a file.
@@ -23,22 +24,27 @@ pub enum Shown {
     Chroma([usize; 3]),
     /// Numbers, which are shown as red, green and blue are.
     Numbers([usize; 3]),
+    /// Two numbers, which are shown as red and green are.
+    Pair([usize; 2]),
     /// One number, which is shown as grey.
     Grey(usize),
 }
 
-/// Colours of a file, in linear sRGB.
+/// A part of a file, decoded.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its channels.
+    pub channels: Channels,
+    /// The primaries and the white of its colours, if the file names them.
+    pub chromaticities: Option<Chromaticities>,
+}
+
+/// Some channels as colours.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// Width and height of the data window (texels).
-    pub size: [usize; 2],
-    /// First column and row of the data window within the display window.
-    pub offset: [i64; 2],
-    /// Width and height of the display window.
-    pub frame: [usize; 2],
-    /// Red, green and blue, row by row from the top; all of them finite.
+pub struct ShownColours {
+    /// Red, green and blue in linear sRGB, row by row from the top; all of them finite.
     pub values: Vec<f32>,
-    /// What was odd about the file.
+    /// What was odd about them.
     pub notes: Vec<String>,
 }
 
@@ -80,18 +86,15 @@ pub fn picture_of(bytes: &[u8]) -> Result<(usize, Shown, Option<String>), String
 ///
 /// # Errors
 /// What is wrong with the file.
-pub fn read_part(bytes: &[u8], part: usize) -> Result<Channels, String> {
-    read_channels(open(bytes)?, part)
-}
-
-/// Channels of a part as colours: those of other primaries become sRGB, and what is no number is told.
-///
-/// # Errors
-/// What is wrong with the file.
-pub fn read_colours(bytes: &[u8], part: usize, shown: Shown) -> Result<Picture, String> {
+pub fn read_part(bytes: &[u8], part: usize) -> Result<Part, String> {
     let reader = open(bytes)?;
     let chromaticities = reader.headers()[part].shared_attributes.chromaticities;
-    let all = read_channels(reader, part)?;
+    Ok(Part { channels: read_channels(reader, part)?, chromaticities })
+}
+
+/// Some of the `count` channels of each pixel as colours: those of other primaries become sRGB, a number that is none becomes 0, and an infinite one
+/// large.
+pub fn colours(values: &[f32], count: usize, shown: Shown, chromaticities: Option<Chromaticities>) -> ShownColours {
     let (mut odd, mut notes) = (Odd::default(), Vec::new());
     let weights = luminance_weights(chromaticities);
     let matrix = match (shown, chromaticities.map(|c| srgb_from(primaries(c)))) {
@@ -102,15 +105,19 @@ pub fn read_colours(bytes: &[u8], part: usize, shown: Shown) -> Result<Picture, 
         }
         _ => None,
     };
-    let mut values = Vec::with_capacity(3 * all.size[0] * all.size[1]);
-    for texel in all.values.chunks_exact(all.names.len()) {
+    let mut rgb = Vec::with_capacity(values.len() / count.max(1) * 3);
+    for texel in values.chunks_exact(count.max(1)) {
         let colour = match shown {
             Shown::Rgb(of) | Shown::Numbers(of) => of.map(|c| odd.number(texel[c])),
+            Shown::Pair(of) => {
+                let [a, b] = of.map(|c| odd.number(texel[c]));
+                [a, b, 0.0]
+            }
             Shown::Chroma(of) => rgb_of_chroma(of.map(|c| odd.number(texel[c])), weights),
             Shown::Grey(c) => [odd.number(texel[c]); 3],
         };
-        values.extend(matrix.map_or(colour, |m| (m * Vec3::from_array(colour)).to_array()));
+        rgb.extend(matrix.map_or(colour, |m| (m * Vec3::from_array(colour)).to_array()));
     }
     notes.extend(odd.notes());
-    Ok(Picture { size: all.size, offset: all.offset, frame: all.frame, values, notes })
+    ShownColours { values: rgb, notes }
 }
