@@ -3,6 +3,8 @@
 use crate::common::program::{Folder, SMALL};
 use bhs::denoise::{Denoiser, NOISY};
 use bhs::image::{Attribute, Frame, Picture};
+use exr::math::Vec2;
+use exr::meta::attribute::Chromaticities;
 use std::path::Path;
 
 /// The library, if there is one.
@@ -149,6 +151,33 @@ fn noise_goes_and_all_else_stays() {
     }
 }
 
+/// The PNG is what `bhs develop` makes of the EXR file, whatever the primaries of its colours.
+#[test]
+fn the_png_of_a_denoised_picture_is_that_of_its_file() {
+    let Some(_) = library() else { return };
+    let folder = Folder::new("");
+    let rec2020 = Chromaticities {
+        red: Vec2(0.708, 0.292),
+        green: Vec2(0.17, 0.797),
+        blue: Vec2(0.131, 0.046),
+        white: Vec2(0.3127, 0.329),
+    };
+    let noisy = picture(1.0, halves);
+    let mut shown = Vec::new();
+    for attributes in [vec![], vec![("chromaticities".to_owned(), Attribute::Chromaticities(rec2020))]] {
+        let mut file = std::io::Cursor::new(Vec::new());
+        noisy.write_exr(&mut file, &attributes).expect("in memory");
+        folder.write("in.exr", file.into_inner());
+        for args in [&["denoise", "in.exr", "-o", "out.exr"][..], &["develop", "out.exr", "-o", "developed.png"]] {
+            let run = folder.run(args);
+            assert_eq!(run.code, 0, "{args:?}: {}", run.err);
+        }
+        shown.push(folder.read("out.png"));
+        assert!(shown.last() == Some(&folder.read("developed.png")), "{attributes:?}");
+    }
+    assert!(shown[0] != shown[1], "the primaries do not matter");
+}
+
 #[test]
 fn numbers_that_are_none_harm_no_other() {
     let Some(denoiser) = library() else { return };
@@ -190,6 +219,39 @@ fn light_is_not_clamped() {
         // The filter is no exact mean; clamped, nothing would be left.
         assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio}");
     }
+}
+
+/// In watts of whatever, or of a star far away: the same picture but for its brightness.
+#[test]
+fn the_unit_of_light_does_not_matter() {
+    let Some(denoiser) = library() else { return };
+    let denoised = |unit: f32| {
+        let noisy = picture(1.0, |x, y| halves(x, y).map(|v| v * unit));
+        let result = denoiser.denoise(&noisy).expect("denoised");
+        error(&result, |x, y| halves(x, y).map(|v| v * unit)).sqrt() / f64::from(unit)
+    };
+    let usual = denoised(1.0);
+    for unit in [1e-30, 1e-16, 1e-9, 1e-6, 1e6, 1e25] {
+        let off = denoised(unit);
+        assert!(off < 1.2 * usual + 1e-3, "{unit}: {off} {usual}");
+    }
+}
+
+#[test]
+fn lamps_as_bright_as_can_be_stay_so() {
+    let Some(denoiser) = library() else { return };
+    let mut noisy = picture(0.5, halves);
+    let stride = noisy.channels.len();
+    let lamp = |i: usize| (10..20).contains(&(i % 48)) && (10..18).contains(&(i / 48));
+    for i in (0..48 * 40).filter(|i| lamp(*i)) {
+        noisy.data[i * stride..][..3].fill(f32::MAX);
+    }
+    let denoised = denoiser.denoise(&noisy).expect("denoised");
+    let green = channel(&denoised, "G");
+    for (i, v) in green.iter().enumerate() {
+        assert_eq!(*v == f32::MAX, lamp(i), "{i}: {v}");
+    }
+    assert!(green[5 * 48 + 40] < 2.0 && green[30 * 48 + 5] < 2.0);
 }
 
 #[test]
@@ -262,6 +324,30 @@ fn a_denoised_render_keeps_the_picture_without_denoising() {
     let stats: serde_json::Value = serde_json::from_slice(&folder.read("stats.json")).expect("JSON");
     assert!(stats["seconds"]["denoise"].is_number(), "{stats}");
     assert!(bhs::header::is_denoised(&folder.at("denoised.exr")) && !bhs::header::is_denoised(&folder.at("plain.exr")));
+
+    // The layers that there are once it is denoised, as `bhs develop` shows them.
+    for layer in ["noisy", "noisy.G", "albedo"] {
+        for flags in [&["--layer", layer][..], &["--layer", layer, "--false-color"]] {
+            run(&[&["render", "scene.bhs", "--denoise", "--quiet", "-o", "shown.exr"], flags].concat());
+            run(&[&["develop", "denoised.exr", "-o", "developed.png"], flags].concat());
+            assert!(folder.read("shown.png") == folder.read("developed.png"), "{flags:?}");
+        }
+    }
+    // While it is under way there are the noisy colours only.
+    run(&[
+        "render",
+        "scene.bhs",
+        "--denoise",
+        "--quiet",
+        "--layer",
+        "noisy",
+        "--write-partial",
+        "--checkpoint",
+        "-o",
+        "shown.exr",
+    ]);
+    let refused = folder.run(&["render", "scene.bhs", "--layer", "noisy"]);
+    assert!(refused.code == 2 && refused.err.contains("noisy"), "{}", refused.err);
 
     // Afterwards, from a file: the same.
     run(&["render", "scene.bhs", "--quiet", "--aov", "albedo", "--aov", "normal", "-o", "layers.exr"]);

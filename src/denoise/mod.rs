@@ -1,14 +1,16 @@
 //! Takes the noise out of pictures with Intel's Open Image Denoise (`oidn`), which is loaded when it is needed (`library`).
 //!
 //! The filter is a trained network. It is guided by two layers, `albedo` and `normal`, which have noise of their own where a picture has few samples:
-//! they are filtered first, each by itself, as the library's guide asks (`guides`). Light may have any brightness and is not clamped. The network knows no
-//! negative light, which colours outside of sRGB have in some channel: that is filtered by itself, and taken off again, so that it keeps its mean.
+//! they are filtered first, each by itself, as the library's guide asks (`guides`). Light may have any brightness and is not clamped: the network sees it
+//! scaled (`light`). It knows no negative light, which colours outside of sRGB have in some channel: that is filtered by itself, and taken off again, so
+//! that it keeps its mean.
 //! Stars that the picture draws are exact, and would be lost as noise: they are taken off before, and added afterwards.
 //!
 //! The same picture, library and machine give the same numbers for any number of threads.
 
 mod guides;
 mod library;
+mod light;
 mod oidn;
 
 pub use library::Missing;
@@ -159,9 +161,8 @@ impl Denoiser {
 
         // ---- The colours.
         let mut light = raw;
-        let is_light = |v: f32| v.is_finite() && v.abs() < f32::MAX;
-        picture.extract(colors, &mut light, |v| if is_light(v) { v } else { f32::NAN });
-        fill_holes(&mut light, size);
+        picture.extract(colors, &mut light, |v| v);
+        let lamps = light::fill_holes(&mut light, size);
         if let Some(stars) = stars {
             for (light, pixel) in light.as_chunks_mut::<3>().0.iter_mut().zip(picture.pixels()) {
                 (0..3).for_each(|c| light[c] -= pixel[stars[c]]);
@@ -170,20 +171,24 @@ impl Denoiser {
         let sum = |negative: bool| light.iter().filter(|v| (**v < 0.0) == negative).map(|v| f64::from(v.abs())).sum::<f64>();
         let [negative, positive] = [sum(true), sum(false)];
         let settings = FilterSettings { hdr: true, clean_guides: true, ..settings };
-        let color = |light: &[f32], output: &mut [f32]| {
-            run(&[(c"color", light), (c"albedo", &clean_albedo), (c"normal", &clean_normal)], output, settings)
+        let color = |light: &mut [f32], output: &mut [f32]| {
+            let stops = light::stops_to_one(light);
+            light::brighten(light, stops);
+            run(&[(c"color", light), (c"albedo", &clean_albedo), (c"normal", &clean_normal)], output, settings)?;
+            light::brighten(output, -stops);
+            Ok(())
         };
         let mut filtered = room()?;
         if positive == 0.0 && negative == 0.0 {
             // Where nothing is, nothing is made.
         } else if negative <= NEGATIVE * positive {
             light.iter_mut().for_each(|v| *v = v.max(0.0));
-            color(&light, &mut filtered)?;
+            color(&mut light, &mut filtered)?;
         } else {
-            let below: Vec<f32> = light.iter().map(|v| (-v).max(0.0)).collect();
+            let mut below: Vec<f32> = light.iter().map(|v| (-v).max(0.0)).collect();
             light.iter_mut().for_each(|v| *v = v.max(0.0));
-            color(&light, &mut filtered)?;
-            color(&below, &mut light)?;
+            color(&mut light, &mut filtered)?;
+            color(&mut below, &mut light)?;
             filtered.iter_mut().zip(&light).for_each(|(v, below)| *v -= below);
         }
         if let Some(stars) = stars {
@@ -192,27 +197,7 @@ impl Denoiser {
             }
         }
         filtered.iter_mut().for_each(|v| *v = crate::image::single_precision(f64::from(*v)));
+        lamps.into_iter().for_each(|i| filtered[i] = f32::MAX);
         Ok(filtered)
     }
-}
-
-/// Gives numbers that are none the mean of their neighbours that are some, or 0.
-fn fill_holes(light: &mut [f32], [width, height]: [usize; 2]) {
-    let holes: Vec<usize> = (0..light.len()).filter(|i| light[*i].is_nan()).collect();
-    let filled: Vec<f32> = holes
-        .iter()
-        .map(|i| {
-            let (x, y, c) = (i / 3 % width, i / 3 / width, i % 3);
-            let columns = x.saturating_sub(1)..(x + 2).min(width);
-            let rows = y.saturating_sub(1)..(y + 2).min(height);
-            let around = rows.flat_map(|y| columns.clone().map(move |x| (y * width + x) * 3 + c));
-            let (mut sum, mut count) = (0.0f64, 0u32);
-            for v in around.map(|i| light[i]).filter(|v| !v.is_nan()) {
-                sum += f64::from(v);
-                count += 1;
-            }
-            (sum / f64::from(count.max(1))) as f32
-        })
-        .collect();
-    holes.into_iter().zip(filled).for_each(|(i, v)| light[i] = v);
 }
