@@ -130,7 +130,7 @@ impl ExrHeader {
 
     /// What an attribute says, as a word; `None` if there is none of this name, or it is no word or number.
     pub fn word(&self, name: &str) -> Option<String> {
-        word(self.layer.other.iter().find(|(own, _)| own.to_string() == name)?.1)
+        word(self.layer.other.iter().find(|(own, _)| *own == name)?.1)
     }
 }
 
