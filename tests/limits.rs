@@ -118,6 +118,17 @@ fn parts_that_are_shared_in_very_many_ways_are_evaluated_once() {
 }
 
 #[test]
+fn very_many_textures_over_a_picture_are_refused_without_following_them_all() {
+    let mut text = format!("{HEAD}Texture \"t0\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"\n");
+    for i in 1..=50_000 {
+        text += &format!("Texture \"t{i}\" \"spectrum\" \"scale\" \"texture tex\" \"t{}\"\n", i - 1);
+    }
+    let shown = "Material \"diffuse\" \"texture reflectance\" \"t50000\" Shape \"sphere\"";
+    let (code, err) = run(&format!("{text}{shown}"), &["check"]);
+    assert!(code == 1 && err.contains("nested more than 100 deep"), "{code} {err}");
+}
+
+#[test]
 fn what_is_nested_too_deeply_is_refused() {
     let backwards = |text: &str| text.lines().rev().fold(String::new(), |all, line| all + line + "\n");
     let textures = COMPOSITES.iter().map(|(_, layer)| {

@@ -4,7 +4,7 @@ use crate::lang::description::{Entity, SceneDescription, ShapeEntity};
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::geometry::WorldGeometry;
 use bhs_core::value::{Param, ParamType, Values};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Which materials and area lights of a scene show a picture, and the meshes that lack what it takes.
 pub(super) struct Pictured {
@@ -15,67 +15,67 @@ pub(super) struct Pictured {
     count: usize,
 }
 
-/// What is known of things by name: `None` while it is being found out.
-type Known<'s> = HashMap<&'s str, Option<bool>>;
-
 /// The texts of a parameter.
 fn texts(param: &Param) -> impl Iterator<Item = &str> {
     let texts = if let Values::Strings(texts) = &param.values { texts.as_slice() } else { &[] };
     texts.iter().map(|text| text.value.as_str())
 }
 
-/// Finds the pictures behind the names of a scene.
-struct Finder<'s> {
-    textures: HashMap<&'s str, Vec<&'s Entity>>,
-    materials: HashMap<&'s str, &'s Entity>,
-    known_textures: Known<'s>,
-    known_materials: Known<'s>,
+/// A kind of things that scenes name, as far as they are made of others.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Kind {
+    Texture,
+    Material,
 }
 
-impl<'s> Finder<'s> {
-    fn texture(&mut self, name: &'s str) -> bool {
-        if let Some(known) = self.known_textures.get(name) {
-            return known.unwrap_or(false);
+/// What a thing is made of, by name.
+fn parts(entity: &Entity) -> impl Iterator<Item = (Kind, &str)> {
+    entity.params.iter().flat_map(|param| {
+        let kind = match param.ty.value {
+            ParamType::Texture => Some(Kind::Texture),
+            ParamType::String if param.name.value == "materials" => Some(Kind::Material),
+            _ => None,
+        };
+        texts(param).filter_map(move |name| Some((kind?, name)))
+    })
+}
+
+/// The things that show a picture, by way of as many others as there may be.
+struct Showing<'s>(HashSet<(Kind, &'s str)>);
+
+impl<'s> Showing<'s> {
+    /// Follows the names from the pictures to those that use them: round in circles or through thousands of things, each is looked at once.
+    fn of(scene: &'s SceneDescription) -> Self {
+        let textures = scene.textures.iter().map(|t| (Kind::Texture, t.name.value.as_str(), &t.entity));
+        let materials = scene.materials.iter().filter_map(|m| Some((Kind::Material, m.name.as_ref()?.value.as_str(), &m.entity)));
+        let mut users: HashMap<(Kind, &str), Vec<(Kind, &str)>> = HashMap::new();
+        for (kind, name, entity) in textures.chain(materials) {
+            parts(entity).for_each(|part| users.entry(part).or_default().push((kind, name)));
         }
-        self.known_textures.insert(name, None);
-        let of_name = self.textures.get(name).cloned().unwrap_or_default();
-        let found = of_name.into_iter().any(|texture| texture.name.value == "imagemap" || self.uses(texture));
-        self.known_textures.insert(name, Some(found));
-        found
+        let pictures = scene.textures.iter().filter(|t| t.entity.name.value == "imagemap");
+        let mut left: Vec<(Kind, &str)> = pictures.map(|t| (Kind::Texture, t.name.value.as_str())).collect();
+        let mut showing = HashSet::new();
+        while let Some(thing) = left.pop() {
+            if showing.insert(thing) {
+                left.extend(users.get(&thing).into_iter().flatten());
+            }
+        }
+        Self(showing)
     }
 
-    fn material(&mut self, name: &'s str) -> bool {
-        if let Some(known) = self.known_materials.get(name) {
-            return known.unwrap_or(false);
-        }
-        self.known_materials.insert(name, None);
-        let found = self.materials.get(name).copied().is_some_and(|material| self.uses(material));
-        self.known_materials.insert(name, Some(found));
-        found
-    }
-
-    /// Whether any part of a thing is a picture.
-    fn uses(&mut self, entity: &'s Entity) -> bool {
-        entity.params.iter().any(|param| match param.ty.value {
-            ParamType::Texture => texts(param).any(|name| self.texture(name)),
-            ParamType::String if param.name.value == "materials" => texts(param).any(|name| self.material(name)),
-            _ => false,
-        })
+    /// Whether any part of a thing does.
+    fn any_of(&self, entity: &'s Entity) -> bool {
+        parts(entity).any(|part| self.0.contains(&part))
     }
 }
 
 impl Pictured {
     pub fn new(scene: &SceneDescription) -> Self {
-        let mut textures: HashMap<&str, Vec<&Entity>> = HashMap::new();
-        scene.textures.iter().for_each(|t| textures.entry(&t.name.value).or_default().push(&t.entity));
-        let named = scene.materials.iter().filter_map(|m| Some((m.name.as_ref()?.value.as_str(), &m.entity)));
-        let has_pictures = scene.textures.iter().any(|t| t.entity.name.value == "imagemap");
-        let mut finder =
-            Finder { textures, materials: named.collect(), known_textures: Known::new(), known_materials: Known::new() };
+        let showing = Showing::of(scene);
         let shows_file = |e: &Entity| e.params.iter().any(|p| p.name.value == "filename");
         Self {
-            materials: scene.materials.iter().map(|m| has_pictures && finder.uses(&m.entity)).collect(),
-            area_lights: scene.area_lights.iter().map(|l| shows_file(&l.entity) || finder.uses(&l.entity)).collect(),
+            materials: scene.materials.iter().map(|m| showing.any_of(&m.entity)).collect(),
+            area_lights: scene.area_lights.iter().map(|l| shows_file(&l.entity) || showing.any_of(&l.entity)).collect(),
             first: None,
             count: 0,
         }
