@@ -89,6 +89,29 @@ mod tests {
     }
 
     #[test]
+    fn no_entry_speaks_of_a_plugin_that_there_is() {
+        for there in crate::registry::Registry::builtin().describe() {
+            assert_eq!(plugin(there.kind, there.name), None, "{} {}", there.kind, there.name);
+        }
+    }
+
+    #[test]
+    fn entries_name_plugins_that_there_are() {
+        let all = crate::registry::Registry::builtin().describe();
+        for kind in TABLES.lines().filter_map(|line| line.strip_prefix('[')?.strip_suffix(']')) {
+            for (words, advice) in entries(kind) {
+                let named = advice
+                    .split('`')
+                    .nth(1)
+                    .filter(|_| advice.starts_with("bhs calls it `") || advice.contains("nearest in bhs is `"));
+                let is_there = |name: &str| all.iter().any(|p| p.kind == kind && p.name == name);
+                let Some(name) = named.filter(|_| kind != "spectrum") else { continue };
+                assert!(is_there(name), "{kind}: {words} = {advice}");
+            }
+        }
+    }
+
+    #[test]
     fn parameters_are_those_that_the_plugin_takes() {
         assert_eq!(parameter("int_ior", &["eta"]).as_deref(), Some("bhs calls it `eta`"));
         assert_eq!(parameter("intensity", &["L", "scale"]).as_deref(), Some("bhs calls it `L`"));
