@@ -3,14 +3,14 @@
 //! The coat reflects as a dielectric does; what it lets through is refracted, meets the metal, and is refracted again on its way out. Light that goes to and
 //! fro between the two is summed as a geometric series, as if it kept its direction: so the sum is exact for a smooth coat on a smooth metal, and near
 //! it otherwise. A rough coat widens what the metal reflects; what it lets through it lets through as a smooth one. pbrt-v4 estimates all of this by a random
-//! walk. Both sides reflect.
+//! walk. The metal's indices count over that of the coat, which it lies in. Both sides reflect.
 //!
 //! Source: Weidlich and Wilkie 2007, "Arbitrarily Layered Micro-Facet Surfaces"; names and defaults of pbrt-v4, but for its tables of copper.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `conductor.eta`, `conductor.k` | spectrum, texture | copper | | refractive and absorption index of the metal |
-//! | `reflectance` | spectrum, texture | none | | of the metal at normal incidence, instead of these |
+//! | `reflectance` | spectrum, texture | none | | of the bare metal at normal incidence, instead of these |
 //! | `conductor.roughness` | float, texture | 0 | | of the metal: 0 (polished) to 1; also `uroughness` and `vroughness`, which must be equal |
 //! | `interface.roughness` | float, texture | 0 | | of the coat, likewise |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
@@ -100,7 +100,7 @@ impl CoatedConductor {
         let once = (1.0 - ro) * (1.0 - ri) * way;
         // The mean of the two, so that light may go either way.
         let back = (ro * ri).sqrt() * way;
-        self.optics.fresnel(at, cos).map(|metal| once * metal / (1.0 - (back * metal).min(0.999)))
+        self.optics.fresnel_in(at, cos, self.eta).map(|metal| once * metal / (1.0 - (back * metal).min(0.999)))
     }
 
     /// The facets of the metal as they are seen through the coat's; `None`: it is a mirror.
@@ -115,7 +115,7 @@ impl CoatedConductor {
     /// Probability that a direction is chosen by the coat.
     fn chooses_coat(&self, at: &Shading, wo: Vec3) -> f32 {
         let reflected = self.reflected(wo.z);
-        let metal = (1.0 - reflected) * (1.0 - reflected) * self.optics.fresnel(at, 1.0).mean();
+        let metal = (1.0 - reflected) * (1.0 - reflected) * self.optics.fresnel_in(at, 1.0, self.eta).mean();
         let whole = reflected + metal;
         if whole > 0.0 { (reflected / whole).clamp(0.05, 0.95) } else { 0.5 }
     }

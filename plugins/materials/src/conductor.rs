@@ -79,13 +79,19 @@ impl Optics {
 
     /// The share of the light that a facet reflects at `cos_i`.
     pub(crate) fn fresnel(&self, at: &Shading, cos_i: f32) -> SampledSpectrum {
+        self.fresnel_in(at, cos_i, 1.0)
+    }
+
+    /// The same in a medium of the refractive index `outer`: the indices of the metal count over it.
+    pub(crate) fn fresnel_in(&self, at: &Shading, cos_i: f32, outer: f32) -> SampledSpectrum {
         let cos_i = cos_i.clamp(0.0, 1.0);
+        let share = |eta: f32, k: f32| fresnel::conductor(cos_i, eta / outer, k / outer);
         match self {
-            Self::Index { eta, k } => eta.sample(at).zip(k.sample(at), |eta, k| fresnel::conductor(cos_i, eta, k)),
+            Self::Index { eta, k } => eta.sample(at).zip(k.sample(at), share),
             Self::Reflectance(r) => r.sample(at).map(|r| {
                 // Just below 1, where k would be infinite (as in pbrt-v4).
                 let r = r.min(0.9999);
-                fresnel::conductor(cos_i, 1.0, 2.0 * (r / (1.0 - r)).sqrt())
+                share(1.0, 2.0 * (r / (1.0 - r)).sqrt())
             }),
         }
     }
