@@ -33,7 +33,7 @@ pub const PLUGIN: Plugin<dyn Shape> =
     Plugin { name: "loopsubdiv", summary: "the smooth surface that triangles of a coarse mesh control", build };
 
 /// More triangles than this are not made.
-const MOST_TRIANGLES: usize = 1 << 26;
+const MOST_TRIANGLES: usize = 1 << 24;
 
 fn build(p: &Params) -> Option<Box<dyn Shape>> {
     let positions = p.require::<Vec<Point3>>("P", "", "vertex positions");
@@ -122,6 +122,10 @@ impl Control {
     /// Where a vertex goes with the weight `inside` of each neighbour, or `border` of the two on the border.
     fn moved(&self, v: usize, ring: &Ring, inside: f64, border: f64) -> DVec3 {
         let at = |i: &u32| self.positions[*i as usize];
+        if ring.vertices.is_empty() {
+            // No triangle has it.
+            return self.positions[v];
+        }
         match (ring.is_border, ring.vertices.first(), ring.vertices.last()) {
             (true, Some(first), Some(last)) => (1.0 - 2.0 * border) * self.positions[v] + border * (at(first) + at(last)),
             _ => {
@@ -242,6 +246,19 @@ mod tests {
         let (places, normals) = control.limit(&control.rings().expect("a surface"));
         assert!(places.iter().all(|p| p.z == 0.0 && p.min_element() >= 0.0 && p.max_element() <= 1.0));
         assert!(normals.iter().all(|n| (n[2] + 1.0).abs() < 1e-6), "{normals:?}");
+    }
+
+    #[test]
+    fn a_vertex_without_triangles_stays_where_it_is() {
+        let mut control = octahedron();
+        control.positions.push(DVec3::splat(9.0));
+        let control = levels(control, 1);
+        let (places, normals) = control.limit(&control.rings().expect("a surface"));
+        assert_eq!(places[6], DVec3::splat(9.0));
+        assert!(
+            places.iter().all(|p| p.is_finite()) && normals.as_flattened().iter().all(|n| n.is_finite()),
+            "{places:?} {normals:?}"
+        );
     }
 
     #[test]
