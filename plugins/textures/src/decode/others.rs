@@ -25,7 +25,7 @@ pub(super) fn is_tga(bytes: &[u8]) -> bool {
     (mapped || coloured || grey) && [w0, w1] != [0; 2] && [h0, h1] != [0; 2]
 }
 
-/// A picture in TGA, WebP or QOI.
+/// A picture in TGA, WebP or QOI: a QOI may say that it is linear.
 pub(super) fn decode(bytes: &[u8], format: ImageFormat) -> Result<Image, String> {
     let explain = |e: image::ImageError| format!("it is damaged: {e}");
     let texels_a_byte = match format {
@@ -37,14 +37,20 @@ pub(super) fn decode(bytes: &[u8], format: ImageFormat) -> Result<Image, String>
     let (width, height) = decoder.dimensions();
     check_size([width as usize, height as usize], bytes.len(), texels_a_byte)?;
     let picture = DynamicImage::from_decoder(decoder).map_err(explain)?;
+    let as_light = |p: [u8; 3]| p.map(|v| f32::from(v) / 255.0);
+    let texels = |colours: Vec<[u8; 3]>| match format {
+        // The last byte of its header says so.
+        ImageFormat::Qoi if bytes.get(13) == Some(&1) => Texels::Floats(colours.into_iter().map(as_light).collect()),
+        _ => Texels::Bytes(colours),
+    };
     if picture.color().has_alpha() {
         let picture = picture.into_rgba8();
-        let texels = picture.pixels().map(|p| [p.0[0], p.0[1], p.0[2]]).collect();
+        let colours = picture.pixels().map(|p| [p.0[0], p.0[1], p.0[2]]).collect();
         let alpha = picture.pixels().map(|p| p.0[3]).collect();
-        return Ok(Image::new([width, height], Texels::Bytes(texels)).with_alpha(alpha));
+        return Ok(Image::new([width, height], texels(colours)).with_alpha(alpha));
     }
-    let texels = picture.into_rgb8().pixels().map(|p| p.0).collect();
-    Ok(Image::new([width, height], Texels::Bytes(texels)))
+    let colours = picture.into_rgb8().pixels().map(|p| p.0).collect();
+    Ok(Image::new([width, height], texels(colours)))
 }
 
 /// A picture in PFM: floats, the lowest row first.
@@ -130,6 +136,16 @@ mod tests {
         for damaged in ["PF\n9 9\n-1\n", "PF\n1 2\n", "PF\n1 -2 1\n", "PF\n1 1 nan\n        ", "PF", "Pf\n0 0\n1\n"] {
             super::super::decode(damaged.as_bytes()).expect_err(damaged);
         }
+    }
+
+    #[test]
+    fn a_qoi_that_says_that_it_is_linear_is_light() {
+        let qoi =
+            |linear: u8| [b"qoif\0\0\0\x01\0\0\0\x01\x03", &[linear][..], &[0xfe, 51, 102, 255, 0, 0, 0, 0, 0, 0, 0, 1]].concat();
+        let image = super::super::decode(&qoi(1)).expect("a picture");
+        assert!(matches!(image.texels, Texels::Floats(_)));
+        assert_eq!(texel(&image, 0), [0.2, 0.4, 1.0]);
+        assert_eq!(texel(&super::super::decode(&qoi(0)).expect("a picture"), 0), [51.0, 102.0, 255.0]);
     }
 
     #[test]
