@@ -16,16 +16,16 @@
 //! LightSource "goniometric" "rgb I" [5 5 5] "string filename" "lamp.exr"
 //! ```
 
+use crate::from_point::FromPoint;
 use crate::picture::{self, Picture};
-use crate::{factor, mean, rescale, scale, turn_to_light};
+use crate::{rescale, scale, turn_to_light};
 use bhs_core::equal_area::equal_area_point;
 use bhs_core::light::Light;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SpectrumRole};
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 /// The entry in the list of lights.
 pub const PLUGIN: Plugin<dyn Light> =
@@ -47,14 +47,12 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let mean_share = picture.as_ref().map_or(1.0, mean_share);
     let about = "instead of the strength of `I`: intensity weighted by the eye where the picture has 1";
     let luminance = rescale(p, "luminance", about, intensity.as_ref(), 1.0);
-    let about = "instead of the strength of `I`: power weighted by the eye, over all directions";
-    let power = rescale(p, "power", about, intensity.as_ref(), 4.0 * PI * mean_share);
+    let position = p.context().world_from_object.translation;
+    let source = FromPoint::read(p, (intensity, scale * luminance), 4.0 * PI * mean_share, position);
     if p.is_given("luminance") && p.is_given("power") {
         p.reject("luminance", "`luminance` and `power` exclude each other", "each says how bright the light is");
     }
-    let scale = factor(p, "I", intensity.as_ref(), scale * luminance * power);
-    let position = p.context().world_from_object.translation;
-    Some(Box::new(Goniometric { intensity, scale, picture, mean_share, position, light_from_chart: turn_to_light(p) }))
+    Some(Box::new(Goniometric { source, picture, light_from_chart: turn_to_light(p) }))
 }
 
 /// The share of a picture at a pixel: the mean of its channels.
@@ -69,18 +67,14 @@ fn mean_share(picture: &Picture) -> f64 {
 }
 
 struct Goniometric {
-    intensity: Arc<dyn Spectrum>,
-    scale: f32,
+    source: FromPoint,
     picture: Option<Picture>,
-    mean_share: f64,
-    /// Render space.
-    position: DVec3,
     light_from_chart: DMat3,
 }
 
 impl Light for Goniometric {
     fn position(&self) -> Option<DVec3> {
-        Some(self.position)
+        Some(self.source.position)
     }
 
     fn intensity(&self, direction: DVec3, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
@@ -91,14 +85,14 @@ impl Light for Goniometric {
             let at = |share: f64, n: usize| ((share.max(0.0) * n as f64) as usize).min(n - 1);
             share(picture, at(p.x, width), at(p.y, height))
         });
-        self.intensity.sample(lambda_nm) * (self.scale * share)
+        self.source.intensity(share, lambda_nm)
     }
 
     fn power(&self, lo: f32, hi: f32, _: f64) -> f64 {
-        4.0 * PI * mean(self.intensity.as_ref(), lo, hi) * f64::from(self.scale) * self.mean_share
+        self.source.power(lo, hi)
     }
 
     fn rebase(&mut self, origin: DVec3) {
-        self.position -= origin;
+        self.source.position -= origin;
     }
 }

@@ -9,6 +9,7 @@ use glam::{DMat3, DVec3};
 
 mod diffuse;
 mod distant;
+mod from_point;
 mod goniometric;
 mod infinite;
 mod page_thorne;
@@ -144,4 +145,4 @@ fn luminance_of(of: impl Fn([f32; N_LAMBDA]) -> SampledSpectrum) -> f64 {
 }
 
 #[cfg(test)]
-bhs_core::every_file_is_listed!([ALL, AREA], helpers: ["page_thorne", "picture", "sky_map"]);
+bhs_core::every_file_is_listed!([ALL, AREA], helpers: ["from_point", "page_thorne", "picture", "sky_map"]);

@@ -16,14 +16,14 @@
 //! LightSource "point" "spectrum I" 4 "point3 from" [0 2 0]
 //! ```
 
-use crate::{factor, mean, rescale, scale};
+use crate::from_point::FromPoint;
+use crate::scale;
 use bhs_core::light::Light;
 use bhs_core::params::{Params, Point3};
 use bhs_core::plugin::Plugin;
-use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SpectrumRole};
 use glam::DVec3;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 /// The entry in the list of lights.
 pub const PLUGIN: Plugin<dyn Light> = Plugin { name: "point", summary: "a point that shines equally in all directions", build };
@@ -32,34 +32,26 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let intensity = p.spectrum("I", 1.0, SpectrumRole::Emission, "W sr^-1 nm^-1", "spectral intensity");
     let scale = scale(p);
     let from = p.get("from", Point3(DVec3::ZERO), "scene", "where it is, under the current transform");
-    let about = "instead of the strength of `I`: power weighted by the eye, over all directions";
-    let scale = scale * rescale(p, "power", about, intensity.as_ref(), 4.0 * PI);
-    let scale = factor(p, "I", intensity.as_ref(), scale);
     let position = p.context().world_from_object.transform_point3(from.0);
-    Some(Box::new(Point { intensity, scale, position }))
+    Some(Box::new(Point(FromPoint::read(p, (intensity, scale), 4.0 * PI, position))))
 }
 
-struct Point {
-    intensity: Arc<dyn Spectrum>,
-    scale: f32,
-    /// Render space.
-    position: DVec3,
-}
+struct Point(FromPoint);
 
 impl Light for Point {
     fn position(&self) -> Option<DVec3> {
-        Some(self.position)
+        Some(self.0.position)
     }
 
     fn intensity(&self, _: DVec3, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
-        self.intensity.sample(lambda_nm) * self.scale
+        self.0.intensity(1.0, lambda_nm)
     }
 
     fn power(&self, lo: f32, hi: f32, _: f64) -> f64 {
-        4.0 * PI * mean(self.intensity.as_ref(), lo, hi) * f64::from(self.scale)
+        self.0.power(lo, hi)
     }
 
     fn rebase(&mut self, origin: DVec3) {
-        self.position -= origin;
+        self.0.position -= origin;
     }
 }

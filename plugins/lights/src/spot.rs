@@ -19,14 +19,14 @@
 //! LightSource "spot" "spectrum I" 20 "point3 from" [0 3 0] "point3 to" [0 0 0] "float coneangle" 20
 //! ```
 
-use crate::{aim, factor, mean, rescale, scale};
+use crate::from_point::FromPoint;
+use crate::{aim, scale};
 use bhs_core::light::Light;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, Spectrum, SpectrumRole};
+use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SpectrumRole};
 use glam::DVec3;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 /// The entry in the list of lights.
 pub const PLUGIN: Plugin<dyn Light> = Plugin { name: "spot", summary: "a point that shines into a cone", build };
@@ -40,11 +40,9 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let delta = p.get_in("conedeltaangle", 5.0, 0.0..=180.0, "deg", "the outer part of that, over which it falls off");
     let cos = |degrees: f64| degrees.max(0.0).to_radians().cos();
     let cone = Cone { outer: cos(angle), inner: cos(angle - delta) };
-    let about = "instead of the strength of `I`: power weighted by the eye, over all directions";
-    let scale = scale * rescale(p, "power", about, intensity.as_ref(), cone.solid_angle());
-    let scale = factor(p, "I", intensity.as_ref(), scale);
-    let (position, axis) = aim?;
-    Some(Box::new(Spot { intensity, scale, position, axis, cone }))
+    let (position, axis) = aim.unwrap_or_default();
+    let source = FromPoint::read(p, (intensity, scale), cone.solid_angle(), position);
+    aim.map(|_| Box::new(Spot { source, axis, cone }) as Box<dyn Light>)
 }
 
 /// A cone with a soft edge, by the cosines of its half angles.
@@ -74,10 +72,7 @@ impl Cone {
 }
 
 struct Spot {
-    intensity: Arc<dyn Spectrum>,
-    scale: f32,
-    /// Render space.
-    position: DVec3,
+    source: FromPoint,
     /// Unit direction of the middle of the cone, local.
     axis: DVec3,
     cone: Cone,
@@ -85,21 +80,18 @@ struct Spot {
 
 impl Light for Spot {
     fn position(&self) -> Option<DVec3> {
-        Some(self.position)
+        Some(self.source.position)
     }
 
     fn intensity(&self, direction: DVec3, lambda_nm: [f32; N_LAMBDA]) -> SampledSpectrum {
-        match self.cone.falloff(direction.dot(self.axis)) as f32 {
-            0.0 => SampledSpectrum::ZERO,
-            falloff => self.intensity.sample(lambda_nm) * (self.scale * falloff),
-        }
+        self.source.intensity(self.cone.falloff(direction.dot(self.axis)) as f32, lambda_nm)
     }
 
     fn power(&self, lo: f32, hi: f32, _: f64) -> f64 {
-        self.cone.solid_angle() * mean(self.intensity.as_ref(), lo, hi) * f64::from(self.scale)
+        self.source.power(lo, hi)
     }
 
     fn rebase(&mut self, origin: DVec3) {
-        self.position -= origin;
+        self.source.position -= origin;
     }
 }
