@@ -187,11 +187,12 @@ impl Framebuffer {
         pictures
     }
 
-    /// Calls `f` with red, green and blue of each pixel of the picture.
-    pub fn each_color(&self, mut f: impl FnMut([f64; 3])) {
+    /// Calls `f` with red, green and blue of each pixel of the picture, and with the greatest magnitude of all its channels.
+    pub fn each_color(&self, mut f: impl FnMut([f64; 3], f64)) {
         self.each_pixel(|_, tile, i| {
             let mut values = self.values(tile, i);
-            f(std::array::from_fn(|_| values.next().unwrap_or_default()));
+            let color: [f64; 3] = std::array::from_fn(|_| values.next().unwrap_or_default());
+            f(color, color.into_iter().chain(values).fold(0.0, |most, c| most.max(c.abs())));
         });
     }
 

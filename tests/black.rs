@@ -77,6 +77,31 @@ fn nothing_is_said_of_good_pictures() {
 }
 
 #[test]
+fn a_light_that_is_not_found_hides_no_other_cause() {
+    let scene = crate::common::read("tests/black/lamp_in_ball_hemisphere.bhs");
+    let lines = scene.lines().map(|line| match line.starts_with("WorldBegin") {
+        true => "WorldBegin\nLightSource \"point\" \"spectrum I\" 40 \"point3 from\" [0 3 -2]\n".to_owned(),
+        false => format!("{line}\n"),
+    });
+    let said = said("both.bhs", &lines.collect::<String>());
+    assert!(
+        said.len() == 2 && said[0].contains("does not find this light") && said[1].contains("the lights are enclosed"),
+        "{said:#?}"
+    );
+}
+
+#[test]
+fn a_layer_in_place_of_the_picture_has_no_exposure_of_its_own() {
+    let run = |flags: &[&str]| {
+        let folder = Folder::new(&crate::common::read("tests/black/too_dark.bhs"));
+        folder.run(&[&["render", "scene.bhs"], flags].concat()).err
+    };
+    assert!(run(&[]).contains("stops too dark"));
+    let layer = run(&["--aov", "depth", "--layer", "depth"]);
+    assert!(!layer.contains("stops too dark"), "{layer}");
+}
+
+#[test]
 fn a_preview_is_explained_on_standard_error_with_the_place_in_the_file() {
     let run = |scene: &str, flags: &[&str]| {
         let folder = Folder::new(&crate::common::read(scene));

@@ -144,6 +144,7 @@ const SHOWN_ELSEWHERE: &[(&str, &str)] = &[
     ("nothing-there", "likewise"),
     ("only-the-hole", "likewise"),
     ("reflects-nothing", "likewise"),
+    ("specular-only", "likewise"),
     ("unlit-side", "likewise"),
     ("attribute-depth", "a scene of a thousand lines: src/lang/tests.rs"),
     ("file-too-large", "takes 4 GiB"),

@@ -148,6 +148,11 @@ impl Outputs {
         }
     }
 
+    /// Whether the PNG shows a layer in place of the picture.
+    pub fn shows_layer(&self) -> bool {
+        self.layer.is_some()
+    }
+
     /// What the PNG shows.
     fn content<'p>(&self, finished: &'p Finished) -> Result<Content<'p>> {
         finished.content(self.layer.as_deref(), self.false_color)

@@ -9,7 +9,7 @@ use super::{Common, is_closed_pipe, print};
 use crate::checkpoint::{CheckpointFile, Found, Identity};
 use crate::cli::RenderArgs;
 use crate::denoise::Denoiser;
-use crate::diagnosis::{self, BlackFrames, Level};
+use crate::diagnosis::{self, BlackFrames, Explanation, Level};
 use crate::display::Display;
 use crate::lang::BuiltScene;
 use crate::message;
@@ -235,9 +235,11 @@ impl Session<'_> {
 
     /// Says why the picture shows nothing, if it does and somebody knows.
     fn explain(&self, built: &BuiltScene, rendered: &Rendered, outputs: &Outputs) {
-        let Some(said) = diagnosis::after(built, rendered).filter(|said| !(self.args.quiet && said.level == Level::Note)) else {
-            return;
+        let is_told = |said: &Explanation| {
+            let is_of_another = said.code == diagnosis::EXPOSURE && outputs.shows_layer();
+            !is_of_another && !(self.args.quiet && said.level == Level::Note)
         };
+        let Some(said) = diagnosis::after(built, rendered).filter(is_told) else { return };
         match self.black_frames {
             None => say!("{said}"),
             Some(frames) if frames.tells(said.code) => say!("{said}; so is `{}`", outputs.exr_path().display()),

@@ -1,9 +1,10 @@
 //! How bright a picture is, and which exposure would be right.
 
-use super::Explanation;
+use super::{EXPOSURE, Explanation, Level};
 use crate::film::Framebuffer;
 use crate::lang::BuiltScene;
 use crate::look::Exposure;
+use bhs_engine::stats::Counters;
 
 /// Bins of a stop's fourth, from this many stops below 1 on.
 const LEAST: f64 = -80.0;
@@ -45,9 +46,9 @@ impl Brightness {
     /// That of a frame as it stands.
     pub fn of(frame: &Framebuffer) -> Self {
         let mut all = Self { bins: vec![0; BINS], pixels: 0, lit: 0, any: false, sum: 0.0 };
-        frame.each_color(|[r, g, b]| {
+        frame.each_color(|[r, g, b], greatest| {
             all.pixels += 1;
-            all.any |= [r, g, b].iter().any(|c| c.abs() > ROUNDING);
+            all.any |= greatest > ROUNDING;
             let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
             if luminance > 0.0 {
                 let stops = luminance.log2();
@@ -59,9 +60,10 @@ impl Brightness {
         all
     }
 
-    /// Whether there is no light at all, but for a trace of it in a few pixels: what rounding lets through an edge.
-    pub fn is_black(&self) -> bool {
-        !self.any || (FEW * self.lit <= self.pixels && self.percentile(1.0) < TRACE.log2())
+    /// Whether there is no light at all, but for a trace of it in a few pixels that the exposure does not show: what rounding lets through an edge.
+    pub fn is_black(&self, exposure: Exposure) -> bool {
+        let is_trace = || matches!(exposure, Exposure::Stops(stops) if self.percentile(1.0) + stops < TRACE.log2());
+        !self.any || (self.lit > 0 && FEW * self.lit <= self.pixels && is_trace())
     }
 
     /// The luminance below which a share of the lit pixels is, to a fourth of a stop (stops above 1).
@@ -75,8 +77,8 @@ impl Brightness {
         LEAST + (bin.unwrap_or(BINS - 1) as f64 + 0.5) / BINS_PER_STOP
     }
 
-    /// Says so if the PNG shows nothing but black, or nothing but white.
-    pub fn explain(&self, built: &BuiltScene) -> Option<Explanation> {
+    /// Says so if the PNG shows nothing but black, or nothing but white. A night sky may be meant to be dark.
+    pub fn explain(&self, built: &BuiltScene, c: &Counters) -> Option<Explanation> {
         if self.lit == 0 {
             return None;
         }
@@ -95,14 +97,17 @@ impl Brightness {
         let film = &built.statements.film;
         let place = built.statements.place(film.param("exposure").unwrap_or(film.at));
         let place = place.map(|place| format!(" ({place})")).unwrap_or_default();
-        Some(Explanation::warning(
-            "exposure",
-            format!(
+        let has_stars = built.scene.light_sampler.lights.iter().any(|light| !light.points().is_empty());
+        let level = if is_dark && (has_stars || c.camera_hit == 0) { Level::Note } else { Level::Warning };
+        Some(Explanation {
+            level,
+            code: EXPOSURE,
+            text: format!(
                 "the PNG is about {:.0} stops too {how}; write \"float exposure\" {right:.1} into the `Film`{place} or --exposure {right:.1} behind the \
                  command, or make the lights {}: the EXR file has all that there is",
                 off.abs(),
                 if is_dark { "stronger" } else { "weaker" },
             ),
-        ))
+        })
     }
 }

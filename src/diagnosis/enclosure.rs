@@ -1,6 +1,6 @@
 //! A camera that is shut in.
 
-use super::lights::directions;
+use super::lights::{self, directions};
 use super::shadows::Survey;
 use super::view::{back, camera_place};
 use super::{Explanation, probe, shape_words};
@@ -32,11 +32,10 @@ pub fn around_the_camera(built: &BuiltScene, survey: &Survey) -> Option<Explanat
         });
     };
     let shape = shape_words(built, index);
-    let emits = built.statements.area_light(index);
-    let to_do = match emits {
-        Some(_) => "it shines outwards: write `ReverseOrientation` before the shape, or \"bool twosided\" true in its area light",
-        None if !survey.no_light_in_sight() => return None,
-        None => "no light is in there with it: move the camera out, make the object smaller, or put a light inside",
+    let to_do = match lights::emits(built, index) {
+        true => "it shines outwards: write `ReverseOrientation` before the shape, or \"bool twosided\" true in its area light",
+        false if !survey.no_light_in_sight() => return None,
+        false => "no light is in there with it: move the camera out, make the object smaller, or put a light inside",
     };
     let look_at = match exchange_leads_out(built, &job, index) {
         true => "; or are from and to of `LookAt` exchanged?",

@@ -13,11 +13,13 @@ pub const INSIDE_OUT: &str = "glass-inside-out";
 /// Sum of the area vectors of a surface over its area, up to which it counts as closed: scanned meshes have holes where they stood.
 const CLOSED: f64 = 0.1;
 
-/// Warns of closed surfaces of glass whose outer side is the inner one. A bubble in other glass is so by right, and so is all around a camera.
+/// Warns of closed surfaces of glass whose outer side is the inner one. A bubble in other glass is so by right, and so is all around a camera. Where
+/// glass lies open, as the top of a lake does, nobody knows what is within it.
 pub fn inside_out(built: &BuiltScene, found: &mut Vec<Diagnostic>) {
     let scene = &built.scene;
     let is_glass = |number: usize| scene.shapes[number].material.refractive_index().is_some_and(|eta| eta > 1.0);
     let glass: Vec<usize> = (0..scene.shapes.len()).filter(|number| is_glass(*number)).collect();
+    let mut open: Option<bool> = None;
     let mut looked_at = BTreeSet::new();
     for number in &glass {
         // Instances of one shape are turned inside out together.
@@ -37,6 +39,9 @@ pub fn inside_out(built: &BuiltScene, found: &mut Vec<Diagnostic>) {
         let around_camera = side == built.viewpoint.side && enclosed.contains(built.camera.position());
         if around_camera || in_glass() || side == Side::Far && glass.len() > 1 {
             continue;
+        }
+        if *open.get_or_insert_with(|| glass.iter().any(|other| enclosed_volume(&scene.world.geometries[*other]).is_none())) {
+            return;
         }
         let Some((_, at)) = built.statements.shape(index) else { continue };
         found.push(

@@ -31,6 +31,9 @@ pub enum Level {
     Warning,
 }
 
+/// Code of an exposure that shows nothing: of the PNG of the colours alone.
+pub const EXPOSURE: &str = "exposure";
+
 /// What is said of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explanation {
@@ -60,7 +63,7 @@ impl fmt::Display for Explanation {
 
 /// Whether a finding of [`before`] says that the picture will be black: one picture of several may be so by right.
 pub fn is_about_the_picture(found: &Diagnostic) -> bool {
-    SAID.contains(&found.code)
+    SAID.contains(&found.code) || found.code == NOT_FOUND
 }
 
 /// What has been found of the frames of a film. One frame may be black by right, as where a light is faded in: only the second one of them is told
@@ -88,7 +91,10 @@ impl BlackFrames {
 }
 
 /// Findings that say already why nothing is lit or seen.
-const SAID: [&str; 6] = ["no-light", "light-not-found", lights::ZERO, lights::WAVELENGTHS, method::MAX_DEPTH, view::EXCHANGED];
+const SAID: [&str; 4] = ["no-light", lights::ZERO, lights::WAVELENGTHS, method::MAX_DEPTH];
+
+/// Code of a light that the method does not find; others may be found.
+const NOT_FOUND: &str = "light-not-found";
 
 /// What is known of a scene before it is rendered, of its current camera: warnings.
 pub fn before(built: &BuiltScene) -> Vec<Diagnostic> {
@@ -101,12 +107,8 @@ pub fn before(built: &BuiltScene) -> Vec<Diagnostic> {
         // The most basic one: the others are of no account before it is mended.
         found.extend(lights::dark(built).or_else(|| method::no_scattering(built)));
     }
-    let is_explained = !found.is_empty();
     shapes::within_horizons(built, &mut found);
     glass::inside_out(built, &mut found);
-    if has_light && !is_explained {
-        found.extend(view::exchanged(built));
-    }
     found
 }
 
@@ -119,18 +121,32 @@ pub fn after(built: &BuiltScene, rendered: &Rendered) -> Option<Explanation> {
     }
     let brightness = Brightness::of(&rendered.frame);
     let job = Job::of(built);
-    if !brightness.is_black() {
-        return view::nothing_met(built, &job, c, Level::Note).or_else(|| brightness.explain(built));
+    if !brightness.is_black(built.look.exposure) {
+        return view::nothing_met(built, &job, c, Level::Note).or_else(|| brightness.explain(built, c));
     }
-    if let Some(said) = lights::dark_everywhere(built) {
-        return Some(said);
-    }
-    if let Some(said) = view::only_the_hole(built, &job, c).or_else(|| view::nothing_met(built, &job, c, Level::Warning)) {
-        return Some(said);
+    // Where light changes its wavelength, what is seen comes before what shines.
+    let shifts = lights::may_shift(built);
+    let wavelengths = |asked: bool| asked.then(|| lights::dark_everywhere(built)).flatten();
+    let found = wavelengths(!shifts)
+        .or_else(|| view::only_the_hole(built, &job, c))
+        .or_else(|| view::nothing_met(built, &job, c, Level::Warning))
+        .or_else(|| wavelengths(shifts));
+    if found.is_some() || no_light_is_found(built) {
+        return found;
     }
     let survey = shadows::Survey::of(built, &job);
-    let cause = survey.and_then(|survey| enclosure::around_the_camera(built, &survey).or_else(|| survey.explain(built)));
-    cause.or_else(|| brightness.explain(built))
+    let cause = survey.and_then(|survey| {
+        let specular = survey.specular_only(built);
+        specular.or_else(|| enclosure::around_the_camera(built, &survey)).or_else(|| survey.explain(built))
+    });
+    cause.or_else(|| brightness.explain(built, c))
+}
+
+/// Whether it has been said of all lights that the method does not find them.
+fn no_light_is_found(built: &BuiltScene) -> bool {
+    let sampler = &built.scene.light_sampler;
+    let missed = built.warnings.iter().filter(|d| d.code == NOT_FOUND).count();
+    missed > 0 && sampler.emitters.is_empty() && missed >= sampler.lights.len()
 }
 
 /// A shape in words, with its place: "the `sphere` at scene.bhs:3:7".

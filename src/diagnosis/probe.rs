@@ -2,12 +2,12 @@
 
 use crate::render::Job;
 use bhs_core::camera::CameraRay;
-use bhs_core::ray::{Arrival, Ray, RayEnd};
+use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::spectrum::{SampledWavelengths, VisibleWavelengths};
 use glam::{DVec2, Vec2};
 
-/// Rays across and down the frame at most.
-const GRID: u32 = 24;
+/// Rays across and down the frame, also of a picture with few pixels; an odd number, so that one goes through the middle.
+const GRID: u32 = 25;
 
 /// A ray of the camera.
 #[derive(Clone, Copy)]
@@ -20,13 +20,12 @@ pub struct ProbeRay {
 
 /// Rays evenly spread over the whole frame, through the middle of the lens.
 pub fn rays(job: &Job) -> Vec<ProbeRay> {
-    let size = job.film.resolution();
-    let [columns, rows] = size.map(|n| n.min(GRID));
-    let at = |i: u32, n: u32, of: u32| (f64::from(i) + 0.5) / f64::from(n) * f64::from(of);
+    let [width, height] = job.film.resolution().map(f64::from);
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(GRID);
     let mut rays = Vec::new();
-    for y in 0..rows {
-        for x in 0..columns {
-            let raster = DVec2::new(at(x, columns, size[0]), at(y, rows, size[1]));
+    for y in 0..GRID {
+        for x in 0..GRID {
+            let raster = DVec2::new(at(x) * width, at(y) * height);
             let seen = job.camera.ray(raster, Vec2::splat(0.5));
             rays.push(ProbeRay { seen, ray: chart_ray(job, &seen) });
         }
@@ -47,11 +46,6 @@ pub fn trace(job: &Job, rays: &[Ray]) -> Vec<RayEnd> {
         job.scene.integrator.trace_all(&job.scene.world, rays, ends);
     }
     ends
-}
-
-/// Whether any of the rays meets a surface.
-pub fn any_meets(job: &Job, rays: &[Ray]) -> bool {
-    rays.chunks(64).any(|rays| trace(job, rays).iter().any(|end| matches!(end.arrival, Arrival::Surface(_))))
 }
 
 /// Wavelengths in the middle of the film's range, as a path has them.

@@ -1,9 +1,9 @@
 //! Causes between what is seen and the lights: which of them could light it, and what keeps them from it.
 
-use super::{Explanation, light_words, probe, shape_words};
+use super::{Explanation, NOT_FOUND, light_words, probe, shape_words};
 use crate::lang::BuiltScene;
 use crate::render::Job;
-use bhs_core::light::EmissionPoint;
+use bhs_core::light::{EmissionPoint, Light};
 use bhs_core::material::{Material, Shading};
 use bhs_core::ray::{Arrival, Ray};
 use bhs_core::sampling::uniform_hemisphere;
@@ -43,8 +43,12 @@ impl Obstacles {
 /// What was found between what is seen and the lights, of a picture to which none of these brings light.
 #[derive(Default)]
 pub struct Survey {
+    /// Whether the method does not find lights without size.
+    misses_points: bool,
     /// How often each shape is seen.
     seen: BTreeMap<u32, u32>,
+    /// How often each shape sends light on in one direction before that.
+    specular: BTreeMap<u32, u32>,
     /// Samples of lights, by number of the light.
     lights: BTreeMap<u32, u32>,
     /// The shapes that stand before lights.
@@ -67,7 +71,8 @@ fn most(counts: &BTreeMap<u32, u32>) -> Option<(u32, u32)> {
 impl Survey {
     /// Follows some camera rays of the whole frame; `None` if any of them finds light.
     pub fn of(built: &BuiltScene, job: &Job) -> Option<Self> {
-        let mut survey = Self::default();
+        let misses_points = built.warnings.iter().any(|d| d.code == NOT_FOUND);
+        let mut survey = Self { misses_points, ..Self::default() };
         let lambda = probe::wavelengths(job);
         for (number, ray) in probe::rays(job).iter().enumerate() {
             let Some(ray) = ray.ray else { continue };
@@ -104,6 +109,7 @@ impl Survey {
                         *self.seen.entry(scene.shapes[hit.geometry as usize].index).or_default() += 1;
                         return self.look_for_lights(built, &vertex, lambda, number);
                     }
+                    *self.specular.entry(scene.shapes[hit.geometry as usize].index).or_default() += 1;
                     let u = Vec2::new(0.37, 0.61);
                     let Some(sample) = vertex.material.sample(&vertex.shading, vertex.wo, 0.9, u) else { return Some(()) };
                     ray = vertex.spawn(&scene.world, sample.wi, ray.footprint);
@@ -121,9 +127,14 @@ impl Survey {
             let [choice, u, v] = [0.819_172_51, 0.671_043_6, 0.549_700_48].map(|step| (0.5 + at * step).fract() as f32);
             let choice = (choice + k as f32 / SAMPLES as f32).fract();
             let u = Vec2::new(u, v);
-            if let Some(light) = scene.sample_light(choice, u) {
+            let emitters = scene.light_sampler.emitters.len();
+            let is_found = |light: &LightSample| {
+                let other = (light.source.number(emitters) as usize).checked_sub(emitters);
+                !self.misses_points || other.is_none_or(|other| !is_sizeless(&*scene.light_sampler.lights[other]))
+            };
+            if let Some(light) = scene.sample_light(choice, u).filter(is_found) {
                 for (connection, is_guess) in connections(built, vertex, &light) {
-                    let number = light.source.number(scene.light_sampler.emitters.len());
+                    let number = light.source.number(emitters);
                     let obstacles = obstacles(built, vertex, (&light, &connection, is_guess), lambda);
                     self.count(number, obstacles)?;
                 }
@@ -140,7 +151,7 @@ impl Survey {
         // Without any light to choose there is no probability.
         let is_sampled = |i: usize| sampler.choice.probability(sampler.emitters.len() + i) > 0.0;
         let is_unsampled = |i: usize| !is_sampled(i);
-        let shines = |light: &dyn bhs_core::light::Light| !light.sky_radiance(glam::DVec3::Y, lambda.lambda_nm).is_zero();
+        let shines = |light: &dyn Light| !light.sky_radiance(glam::DVec3::Y, lambda.lambda_nm).is_zero();
         let Some(light) = (0..sampler.lights.len()).find(|i| is_unsampled(*i) && shines(&*sampler.lights[*i])) else {
             return Some(());
         };
@@ -180,6 +191,23 @@ impl Survey {
             *self.occluders.entry(occluder).or_default() += 1;
         }
         Some(())
+    }
+
+    /// Of a picture of nothing but mirrors and clear glass, with lights that have no size.
+    pub fn specular_only(&self, built: &BuiltScene) -> Option<Explanation> {
+        let sampler = &built.scene.light_sampler;
+        let (shape, _) = most(&self.specular).filter(|_| self.seen.is_empty())?;
+        let is_so = sampler.emitters.is_empty() && sampler.lights.iter().all(|light| is_sizeless(&**light));
+        is_so.then(|| {
+            let (shape, light) = (shape_words(built, shape), light_words(built, 0));
+            Explanation::warning(
+                "specular-only",
+                format!(
+                    "the picture is black: all that is seen mirrors or refracts light in one direction, such as {shape}, and none of it leads to a light \
+                     without size, such as {light}; give the material a `roughness`, or the light a size: an `AreaLightSource`"
+                ),
+            )
+        })
     }
 
     /// What is said of the picture.
@@ -240,6 +268,11 @@ impl Survey {
             ),
         )
     }
+}
+
+/// Whether a light shines from a point, or in one direction.
+fn is_sizeless(light: &dyn Light) -> bool {
+    light.position().is_some() || light.sample_sky(Vec2::splat(0.5)).is_some_and(|sample| sample.is_parallel)
 }
 
 /// Whether a light shines into a cone.

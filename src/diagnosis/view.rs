@@ -6,41 +6,15 @@ use super::{Explanation, Level, few_digits};
 use crate::lang::BuiltScene;
 use crate::render::Job;
 use bhs_core::camera::CameraRay;
-use bhs_core::diagnostics::Diagnostic;
+use bhs_core::geometry::Aabb;
 use bhs_core::ray::{Arrival, Ray, RayEnd};
 use bhs_engine::stats::Counters;
-use glam::{DVec2, DVec3, Vec2};
-
-/// Code of a `LookAt` whose points are exchanged.
-pub const EXCHANGED: &str = "look-at-exchanged";
+use glam::{DVec2, DVec3, DVec4, Vec2};
 
 /// Share of the rays that have to meet something once the points of `LookAt` are exchanged, and how far beyond where the camera stands now, over
 /// its distance from the target: what is farther behind it is not what it was to look at.
 const MEETS: f64 = 0.01;
 const BEYOND: f64 = 1.3;
-
-/// Warns of a `LookAt` whose first point is the second one: no ray meets a surface, and from the other point back some do.
-pub fn exchanged(built: &BuiltScene) -> Option<Diagnostic> {
-    let (at, _) = built.camera_statement()?.look_at?;
-    let job = Job::of(built);
-    if !anything_to_meet(built) {
-        return None;
-    }
-    let rays = probe::rays(&job);
-    let charted: Vec<Ray> = rays.iter().filter_map(|r| r.ray).collect();
-    if charted.is_empty() || probe::any_meets(&job, &charted) {
-        return None;
-    }
-    if !exchange_helps(built, &job, &rays) {
-        return None;
-    }
-    let message = "no camera ray meets a surface, and with from and to of `LookAt` exchanged some do";
-    Some(
-        Diagnostic::warning(EXCHANGED, message)
-            .at(at.span, "the camera stands at the first point and looks at the second one")
-            .help("exchange the first two points of `LookAt`: first where the camera is, then what it looks at"),
-    )
-}
 
 /// The rays of the camera if it stood at its target and looked back to where it stands.
 pub fn back(built: &BuiltScene, job: &Job, rays: &[ProbeRay]) -> Vec<Ray> {
@@ -115,13 +89,15 @@ pub fn nothing_met(built: &BuiltScene, job: &Job, c: &Counters, level: Level) ->
         return (level == Level::Warning).then(|| nothing_there(built)).flatten();
     }
     let camera = camera_place(built);
-    let bounds = built.scene.world.bounds;
-    if bounds.is_empty() {
+    // Each side of a wormhole has a chart of its own.
+    let half = built.scene.world.half(job.viewpoint.side);
+    let Some(bounds) = half.map(|half| *half.bounds).filter(|bounds| !bounds.is_empty()) else {
         let text = format!(
-            "{black}no camera ray meets a surface: all shapes are on the other side; look through the throat, or add `\"string side\"` to the camera{camera}"
+            "{black}no camera ray meets a surface: all shapes are on the other side; look through the throat, or write another \
+             `\"string side\"` into the camera{camera}"
         );
         return Some(Explanation { level, code: "nothing-met", text });
-    }
+    };
     let to = bounds.center() - built.camera.position();
     let width = 0.5 * (bounds.max - bounds.min).length();
     // A sky may be looked at for its own sake, with something tiny in it.
@@ -133,6 +109,9 @@ pub fn nothing_met(built: &BuiltScene, job: &Job, c: &Counters, level: Level) ->
     let middle = middle.to_array().map(few_digits).join(" ");
     let (what, to_do) = if to.dot(forward) < 0.0 && to.length() > width {
         ("all shapes are behind the camera", format!("turn the camera{camera}: the middle of the shapes is {middle}"))
+    } else if may_be_in_frame(built, job) {
+        let what = "the camera looks past all shapes, or sees them edge-on, or they are smaller than a pixel";
+        (what, format!("move the camera{camera}, or point it at the middle of the shapes, {middle}"))
     } else {
         ("the camera looks past all shapes", format!("point the camera{camera} at the middle of the shapes, {middle}"))
     };
@@ -143,12 +122,33 @@ pub fn nothing_met(built: &BuiltScene, job: &Job, c: &Counters, level: Level) ->
     Some(Explanation { level, code: "nothing-met", text: format!("{black}no camera ray meets a surface: {what}; {to_do}") })
 }
 
-/// Whether surfaces are seen from the target of `LookAt` back, about where the camera stands.
+/// Whether any shape on the camera's side may be within the frame, as far as straight lines say: its box is not wholly beyond one of the edges.
+fn may_be_in_frame(built: &BuiltScene, job: &Job) -> bool {
+    let world = &built.scene.world;
+    let Some(matrices) = job.camera.matrices() else { return true };
+    let Some(screen_from_camera) = matrices.screen_from_camera else { return true };
+    let may = |bounds: Aabb| {
+        let corners = bounds.corners().map(|corner| matrices.camera_from_render.transform_point3(corner));
+        let on_screen = corners.map(|corner| screen_from_camera * corner.extend(1.0));
+        let beyond = |is: fn(DVec4) -> bool| on_screen.iter().all(|p| is(*p));
+        !corners.iter().all(|corner| corner.z <= 0.0)
+            && !(beyond(|p| p.x < 0.0) || beyond(|p| p.x > p.w) || beyond(|p| p.y < 0.0) || beyond(|p| p.y > p.w))
+    };
+    let on_this_side = (0..world.geometries.len() as u32).filter(|number| world.side_of(*number) == job.viewpoint.side);
+    on_this_side.map(|number| world.geometries[number as usize].bounds()).any(|bounds| !bounds.is_empty() && may(bounds))
+}
+
+/// Whether surfaces are seen from outside from the target of `LookAt` back, about where the camera stands.
 fn exchange_helps(built: &BuiltScene, job: &Job, rays: &[ProbeRay]) -> bool {
     let Some((_, look_at)) = built.camera_statement().and_then(|c| c.look_at) else { return false };
     let target = look_at.target - built.scene.world.origin;
     let reach = BEYOND * (job.camera.position() - target).length();
-    let is_near = |end: &RayEnd| matches!(end.arrival, Arrival::Surface(hit) if (hit.point - target).length() <= reach);
+    let is_near = |end: &RayEnd| match end.arrival {
+        Arrival::Surface(hit) => {
+            (hit.point - target).length() <= reach && built.scene.world.surface(&hit).normal.dot(hit.direction) < 0.0
+        }
+        _ => false,
+    };
     let met = probe::trace(job, &back(built, job, rays)).iter().filter(|end| is_near(end)).count();
     met > 0 && met as f64 >= MEETS * rays.len() as f64
 }
