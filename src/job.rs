@@ -6,8 +6,12 @@ use bhs_core::ray::Ray;
 use bhs_core::sampling::Sampler;
 use bhs_engine::layer::NamedLayer;
 use bhs_engine::scene::Scene;
-use bhs_engine::transport::LightTransport;
+use bhs_engine::transport::{LightTransport, RenderSetting};
 use glam::{DVec2, Vec2};
+use std::sync::Arc;
+
+/// Rows and columns of camera rays that are asked how they shift wavelengths.
+const SHIFTS: u32 = 9;
 
 /// Everything that a render needs.
 #[derive(Clone, Copy)]
@@ -49,7 +53,29 @@ impl<'a> Job<'a> {
     }
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    /// What its light transport may know before the first sample.
+    pub fn setting(&self) -> RenderSetting<'a> {
+        let [width, height] = self.film.resolution();
+        let [lo, hi] = self.film.lambda_range();
+        // Wavelengths at E = 1 are those of the camera over its ratio, which depends on the direction where it moves.
+        let points =
+            (0..SHIFTS * SHIFTS).map(|i| DVec2::new(f64::from(i % SHIFTS), f64::from(i / SHIFTS)) / f64::from(SHIFTS - 1));
+        let size = DVec2::new(f64::from(width), f64::from(height));
+        let ratios = points.filter_map(|p| self.camera_ray(p * size, Vec2::splat(0.5)).1);
+        let [least, most] = ratios.fold([f64::INFINITY, 0.0], |[least, most]: [f64; 2], r| [least.min(r), most.max(r)]);
+        let [least, most] = if most > 0.0 { [least, most] } else { [1.0, 1.0] };
+        let lambda_range = [(f64::from(lo) / most) as f32, (f64::from(hi) / least) as f32];
+        let job = *self;
+        RenderSetting {
+            scene: self.scene,
+            sampler: self.sampler,
+            lambda_range,
+            pixels: u64::from(width) * u64::from(height),
+            camera_ray: Arc::new(move |film, lens| job.camera_ray(film.as_dvec2() * size, lens).0),
+        }
+    }
+
     /// The ray along which the camera sees the point `raster` of its picture (pixels) through the point `lens` of its lens ([0,1)^2), and the
     /// wavelength of its light there over that at E = 1: see [`bhs_engine::scene::Scene::camera_ray`]. All camera rays are made here.
     #[inline]

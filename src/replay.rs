@@ -35,8 +35,12 @@ pub struct Replayed {
 /// Follows sample `id` of `job` as a render of it does.
 pub fn follow(job: &Job, id: SampleId) -> Replayed {
     // What learns uses other numbers in each wave.
-    let own = job.transport.for_render(job.scene);
-    let wave = if own.is_some() { Wave::of(id.sample).0 } else { 0 };
+    let setting = job.setting();
+    let mut own = job.transport.for_render(&setting);
+    if let Some(own) = &mut own {
+        own.begin_wave(&setting, Wave::of(id.sample).samples());
+    }
+    let wave = if job.transport.learns() { Wave::of(id.sample).0 } else { 0 };
     let job = &Job { transport: own.as_deref().unwrap_or(job.transport), ..*job };
     let [lo, hi] = job.film.lambda_range();
     let stream = SampleStream::of_wave(job.sampler, id.pixel, id.sample, wave);

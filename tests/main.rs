@@ -8,6 +8,7 @@ mod common;
 mod allocations;
 mod animation;
 mod black;
+mod caustics;
 mod checkpoint;
 mod clamps;
 mod colours;

@@ -43,6 +43,8 @@ struct Shared {
     memory: Option<Box<dyn LightTransport>>,
     /// The wave under way: all before it have ended.
     wave: Wave,
+    /// Whether the memory has been told of it.
+    is_begun: bool,
     /// Number of the latest snapshot, and where its tiles go.
     snapshot: u32,
     sink: Option<SyncSender<SavedTile>>,
@@ -80,8 +82,9 @@ impl<'a> RenderState<'a> {
             ),
             layers: LayerCollector::new(job.scene, job.film, job.layers),
             shared: RwLock::new(Shared {
-                memory: job.transport.for_render(job.scene),
+                memory: job.transport.for_render(&job.setting()),
                 wave: Wave::of(job.first_sample),
+                is_begun: false,
                 snapshot: 0,
                 sink: None,
             }),
@@ -167,6 +170,7 @@ impl<'a> RenderState<'a> {
                     samples => end.min(done.saturating_add(samples)),
                 },
             };
+            self.begin_wave();
             progress.wave(done, limits.most);
             let began = Instant::now();
             let over = || signals.stop() || deadline.is_some_and(|d| Instant::now() >= d);
@@ -182,6 +186,18 @@ impl<'a> RenderState<'a> {
                     memory.end_wave();
                 }
                 shared.wave = shared.wave.next();
+                shared.is_begun = false;
+            }
+        }
+    }
+
+    /// Tells the transport's memory of the wave under way, once.
+    fn begin_wave(&self) {
+        let mut shared = self.shared_alone();
+        if !std::mem::replace(&mut shared.is_begun, true) {
+            let samples = shared.wave.samples();
+            if let Some(memory) = &mut shared.memory {
+                memory.begin_wave(&self.job.setting(), samples);
             }
         }
     }
@@ -203,7 +219,7 @@ impl<'a> RenderState<'a> {
             shared.hand_over(number, &mut tile);
             let job = Job { transport: shared.memory.as_deref().unwrap_or(self.job.transport), ..self.job };
             // What was learned depends on the numbers of the waves before: those of this one must not.
-            let wave = if shared.memory.is_some() { shared.wave.0 } else { 0 };
+            let wave = if job.transport.learns() { shared.wave.0 } else { 0 };
             let work = TileWork { job: &job, layers: self.layers.as_ref(), channels: self.frame.channel_count(), wave };
             let before = tile.samples();
             let counted = work.advance(&mut tile, || self.pause.load(Ordering::Relaxed) || over());

@@ -23,12 +23,16 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// BSDF times |cos(theta_i)| over density: what the path's throughput is multiplied with.
     pub weight: SampledSpectrum,
-    /// Density with respect to solid angle (1/sr); 1 for a specular direction.
+    /// Density with respect to solid angle (1/sr); of a specular direction the probability with which it is chosen among several, as far as
+    /// that depends on the wavelengths.
     pub pdf: f32,
-    /// Whether the direction was the only one possible (a mirror, smooth glass), so that `pdf` is no density.
+    /// Whether the direction was one of few possible ones (a mirror, smooth glass), so that `pdf` is no density.
     pub specular: bool,
     /// Whether the direction is that of the first wavelength alone, so that the path drops the others (dispersion).
     pub drops_wavelengths: bool,
+    /// Refractive index beyond the surface over that before it, of a direction in which light is refracted; 1 of all others. `weight` has
+    /// `1/eta^2` in it, which is of radiance: power that goes the other way does not.
+    pub eta: f32,
 }
 
 /// A bidirectional scattering distribution over a surface.

@@ -148,6 +148,11 @@ pub trait Spacetime: Debug + Send + Sync {
         false
     }
 
+    /// The spacetime whose time runs the other way, if it is another one and is known: light goes forwards here where it is followed back there.
+    fn reversed(&self) -> Option<Arc<dyn Spacetime>> {
+        None
+    }
+
     /// Light of energy 1 that moves into the future along the short chart vector `step` at `place`; `None` where none does.
     fn light_step(&self, place: Place, step: DVec3) -> Option<LightStep> {
         match self.at(place) {

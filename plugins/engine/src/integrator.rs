@@ -12,6 +12,12 @@ pub trait Integrator: Send + Sync {
     /// Follows each of `rays` and writes what became of it to its place in `ends`. What becomes of a ray does not depend on the others.
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]);
 
+    /// Follows each of `rays` to where light goes that starts along it, in the same way; where space is not dragged along that is where light comes from
+    /// along it. For scenes of which [`Scene::is_followed_forwards`](crate::scene::Scene::is_followed_forwards) says that it is known.
+    fn trace_forwards(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        self.trace_all(world, rays, ends);
+    }
+
     /// Follows one ray: what becomes of it is to the bit what [`Integrator::trace_all`] says.
     fn trace(&self, world: &World, ray: &Ray) -> RayEnd {
         let mut end = RayEnd::NONE;

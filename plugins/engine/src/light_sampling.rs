@@ -177,7 +177,12 @@ impl LightSampler {
     /// the point.
     pub fn sample(&self, world: &World, choice: f32, u: Vec2) -> Option<LightSample> {
         let (index, rest) = self.choice.sample(choice)?;
-        let chosen = self.choice.probability(index);
+        self.sample_of(world, (index, self.choice.probability(index)), rest, u)
+    }
+
+    /// The same of the light `index` of [`LightSampler::choice`], which has been chosen with the probability `chosen`; `rest` is one number in [0,1)
+    /// more.
+    pub fn sample_of(&self, world: &World, (index, chosen): (usize, f64), rest: f32, u: Vec2) -> Option<LightSample> {
         let (source, point, pdf) = match self.emitters.get(index) {
             None => {
                 let index = index - self.emitters.len();
@@ -246,19 +251,19 @@ impl LightSampler {
         })
     }
 
-    /// The light along the way of [`LightSampler::sky`], each light that [`LightSampler::sample`] draws multiplied by `weight` of the density with which it draws the direction (per
-    /// solid angle far from all mass).
+    /// The light along the way of [`LightSampler::sky`], each light that [`LightSampler::sample`] draws multiplied by `weight` of its index in
+    /// [`LightSampler::choice`] and of the density with which that draws the direction, choice included (per solid angle far from all mass).
     pub fn sky_weighted(
         &self,
         (direction, side): (DVec3, Side),
         lambda: &SampledWavelengths,
-        weight: impl Fn(f64) -> f32,
+        weight: impl Fn(usize, f64) -> f32,
     ) -> SampledSpectrum {
         self.sum_of_sky(side, lambda, |i, light, lambda_nm| {
             let radiance = light.sky_radiance(direction, lambda_nm);
             let choice = self.choice.probability(self.emitters.len() + i);
             let pdf = if choice > 0.0 { choice * light.sky_pdf(direction) } else { 0.0 };
-            if pdf > 0.0 { radiance * weight(pdf) } else { radiance }
+            if pdf > 0.0 { radiance * weight(self.emitters.len() + i, pdf) } else { radiance }
         })
     }
 

@@ -198,7 +198,12 @@ impl Vertex<'_> {
 /// The direction back along the ray that arrives at `hit`, the normal and the shading normal there, as `observer` measures them.
 #[inline]
 fn view(observer: &Observer, hit: &SurfaceHit, surface: &SurfaceGeometry) -> [DVec3; 3] {
-    let wo = -observer.local_direction(hit.direction);
+    view_from(-observer.local_direction(hit.direction), observer, surface)
+}
+
+/// The same of the direction `wo` back along the ray.
+#[inline]
+fn view_from(wo: DVec3, observer: &Observer, surface: &SurfaceGeometry) -> [DVec3; 3] {
     let ng = observer.local_normal(surface.normal);
     let ns = observer.local_normal(surface.shading_normal);
     // A shading normal that sees the viewer on the other side is of no use.
@@ -210,6 +215,12 @@ impl Scene {
     /// The vertex at `hit` of a path with the wavelengths `lambda` at E = 1; `None` where there is no static observer.
     #[inline]
     pub fn vertex(&self, hit: SurfaceHit, lambda: &SampledWavelengths) -> Option<Vertex<'_>> {
+        self.vertex_seen(hit, lambda, -1.0)
+    }
+
+    /// The same, with `back` times the looked direction of the hit for the direction back along the ray.
+    #[inline]
+    pub(crate) fn vertex_seen(&self, hit: SurfaceHit, lambda: &SampledWavelengths, back: f64) -> Option<Vertex<'_>> {
         let binding = &self.shapes[hit.geometry as usize];
         let observer = match &binding.motion {
             None => self.world.static_observer(self.world.place_of(&hit))?,
@@ -218,7 +229,7 @@ impl Scene {
         let surface = self.world.surface(&hit);
         let ratio = observer.ratio(hit.direction);
 
-        let [wo, ng, ns] = view(&observer, &hit, &surface);
+        let [wo, ng, ns] = view_from(observer.local_direction(hit.direction) * back, &observer, &surface);
         let (s, t) = ns.any_orthonormal_pair();
         let axes = [s, t, ns];
         let to_shading = |v: DVec3| DVec3::from_array(axes.map(|a| a.dot(v))).as_vec3();

@@ -3,8 +3,11 @@
 use crate::scene::Scene;
 use crate::stats::PathLog;
 use bhs_core::ray::{Ray, RayEnd};
-use bhs_core::sampling::SampleStream;
+use bhs_core::sampling::{SampleStream, Sampler};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
+use glam::Vec2;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// A path of light to be followed: what it begins with, and what it finds.
 pub struct PathSample<'a> {
@@ -44,6 +47,21 @@ impl<'a> PathSample<'a> {
 /// Paths that are followed together at most.
 pub const BATCH: usize = 64;
 
+/// What a transport may know of a render before its first sample.
+#[derive(Clone)]
+pub struct RenderSetting<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Random numbers: those of a pixel that no picture has are nobody's.
+    pub sampler: &'a dyn Sampler,
+    /// Least and greatest wavelength at E = 1 that the film sees, within a few percent (nm).
+    pub lambda_range: [f32; 2],
+    /// Pixels of the whole picture, whatever part of it is rendered.
+    pub pixels: u64,
+    /// The ray of the camera through a point of the whole picture and one of the lens, both in [0,1)^2.
+    pub camera_ray: Arc<dyn Fn(Vec2, Vec2) -> Ray + Send + Sync + 'a>,
+}
+
 /// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.
 pub trait LightTransport: Send + Sync {
     /// Follows `path`: writes what it finds, the spectral radiance that arrives along its ray, to its `radiance`, what became of the ray
@@ -59,13 +77,18 @@ pub trait LightTransport: Send + Sync {
         }
     }
 
-    /// The same method with a memory of its own, for one render of `scene`: what it finds may depend on what it found in the waves before
-    /// ([`LightTransport::end_wave`]), but on nothing else. `None`: it has no memory, and is used as it is.
-    fn for_render(&self, _scene: &Scene) -> Option<Box<dyn LightTransport>> {
+    /// The same method with a memory of its own, for one render: what it finds may depend on what it found in the waves before
+    /// ([`LightTransport::end_wave`]) and on what it makes for each wave ([`LightTransport::begin_wave`]), but on nothing else. `None`: it has no
+    /// memory, and is used as it is.
+    fn for_render(&self, _setting: &RenderSetting) -> Option<Box<dyn LightTransport>> {
         None
     }
 
-    /// Whether it has such a memory: what a pixel shows then depends on which others are rendered.
+    /// Says that the samples that follow are those with the numbers `samples`, all of which belong to one wave, in the render of
+    /// [`LightTransport::for_render`]. What it makes for them depends on the setting and these numbers alone. Runs on the current rayon pool.
+    fn begin_wave(&mut self, _setting: &RenderSetting, _samples: Range<u32>) {}
+
+    /// Whether it learns from what it finds: what a pixel shows then depends on which others are rendered.
     fn learns(&self) -> bool {
         false
     }

@@ -61,7 +61,7 @@ impl Adaptive {
     }
 
     fn tracer(&self) -> Tracer {
-        Tracer { method: Method::Adaptive(self.tolerance), max_steps: self.max_steps }
+        Tracer::new(Method::Adaptive(self.tolerance), self.max_steps)
     }
 }
 
@@ -91,6 +91,10 @@ impl IntegratorBuilder for Adaptive {
 impl Integrator for Adaptive {
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.tracer().trace_all(world, rays, ends);
+    }
+
+    fn trace_forwards(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        self.tracer().forwards().trace_all(world, rays, ends);
     }
 
     fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {

@@ -53,7 +53,7 @@ impl Exact {
     }
 
     fn tracer(&self) -> Tracer {
-        Tracer { method: Method::Exact(self.tolerance), max_steps: self.max_steps }
+        Tracer::new(Method::Exact(self.tolerance), self.max_steps)
     }
 }
 
@@ -80,6 +80,10 @@ impl IntegratorBuilder for Exact {
 impl Integrator for Exact {
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.tracer().trace_all(world, rays, ends);
+    }
+
+    fn trace_forwards(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        self.tracer().forwards().trace_all(world, rays, ends);
     }
 
     fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {

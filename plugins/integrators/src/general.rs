@@ -47,7 +47,7 @@ pub struct General(Tracer);
 impl General {
     /// To that tolerance; gives up after so many steps.
     pub fn new(tolerance: Tolerance, max_steps: u64) -> Self {
-        Self(Tracer { method: Method::General(tolerance), max_steps })
+        Self(Tracer::new(Method::General(tolerance), max_steps))
     }
 }
 
@@ -66,6 +66,10 @@ impl IntegratorBuilder for General {
 impl Integrator for General {
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.0.trace_all(world, rays, ends);
+    }
+
+    fn trace_forwards(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        self.0.forwards().trace_all(world, rays, ends);
     }
 
     fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {

@@ -57,7 +57,7 @@ impl Rk4 {
     }
 
     fn tracer(&self) -> Tracer {
-        Tracer { method: Method::RungeKutta(self.step), max_steps: self.max_steps }
+        Tracer::new(Method::RungeKutta(self.step), self.max_steps)
     }
 }
 
@@ -94,6 +94,10 @@ impl IntegratorBuilder for Rk4 {
 impl Integrator for Rk4 {
     fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.tracer().trace_all(world, rays, ends);
+    }
+
+    fn trace_forwards(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
+        self.tracer().forwards().trace_all(world, rays, ends);
     }
 
     fn watched(&self, world: &World, ray: &Ray, watch: &mut dyn Watch) -> RayEnd {

@@ -44,6 +44,8 @@ pub struct Tracer {
     pub method: Method,
     /// Steps after which a ray is given up.
     pub max_steps: u64,
+    /// Whether light is followed to where it goes, not to where it comes from.
+    pub forwards: bool,
 }
 
 /// What is told once of a world through which many rays are followed.
@@ -80,6 +82,16 @@ impl Method {
 type Filled<'w> = (&'w World, &'w BothSides<'w>);
 
 impl Tracer {
+    /// Back to where light comes from.
+    pub fn new(method: Method, max_steps: u64) -> Self {
+        Self { method, max_steps, forwards: false }
+    }
+
+    /// The same to where it goes.
+    pub fn forwards(self) -> Self {
+        Self { forwards: true, ..self }
+    }
+
     /// Follows each of `rays`.
     pub fn trace_all(&self, world: &World, rays: &[Ray], ends: &mut [RayEnd]) {
         self.with_setup(world, |setup| match setup {
@@ -108,7 +120,8 @@ impl Tracer {
 
     /// Does `work` with what is told of `world`.
     fn with_setup<R>(&self, world: &World, work: impl FnOnce(&Setup<'_>) -> R) -> R {
-        work(&self.method.setup(world, world.spacetime()))
+        let reversed = if self.forwards { world.spacetime().reversed() } else { None };
+        work(&self.method.setup(world, reversed.as_deref().unwrap_or(world.spacetime())))
     }
 
     /// Follows up to [`LANES`] rays side by side.

@@ -158,19 +158,20 @@ impl Material for CoatedConductor {
         let up = wo * side;
         let mirrored = Vec3::new(-up.x, -up.y, up.z);
         let inner = self.inside(up);
-        let specular =
-            |weight| Some(BsdfSample { wi: mirrored * side, weight, pdf: 1.0, specular: true, drops_wavelengths: false });
+        let specular = |weight, pdf| {
+            Some(BsdfSample { wi: mirrored * side, weight, pdf, specular: true, drops_wavelengths: false, eta: 1.0 })
+        };
         let coat = self.coat.at(at);
         let metal = self.metal(at);
         let through = || self.through(at, [up, mirrored], [inner, inner], inner.z);
         if coat.is_none() && metal.is_none() {
-            return specular(through().map(|t| t + self.reflected(up.z)));
+            return specular(through().map(|t| t + self.reflected(up.z)), 1.0);
         }
         let by_coat = self.chooses_coat(at, up);
         let wi = match (choice < by_coat, coat, metal) {
-            (true, None, _) => return specular(SampledSpectrum::splat(self.reflected(up.z) / by_coat)),
+            (true, None, _) => return specular(SampledSpectrum::splat(self.reflected(up.z) / by_coat), by_coat),
             (true, Some(facets), _) => fresnel::reflect(up, facets.sample_visible(up, u)),
-            (false, _, None) => return specular(through() * (1.0 / (1.0 - by_coat))),
+            (false, _, None) => return specular(through() * (1.0 / (1.0 - by_coat)), 1.0 - by_coat),
             (false, _, Some(facets)) => {
                 let wi = fresnel::reflect(inner, facets.sample_visible(inner, u));
                 if wi.z <= 0.0 {
@@ -184,7 +185,14 @@ impl Material for CoatedConductor {
         }
         let (value, pdf) = self.both(at, by_coat, up, wi);
         let usable = pdf > 0.0 && pdf.is_finite() && value.is_finite();
-        usable.then(|| BsdfSample { wi: wi * side, weight: value / pdf, pdf, specular: false, drops_wavelengths: false })
+        usable.then(|| BsdfSample {
+            wi: wi * side,
+            weight: value / pdf,
+            pdf,
+            specular: false,
+            drops_wavelengths: false,
+            eta: 1.0,
+        })
     }
 
     fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {

@@ -203,13 +203,20 @@ impl Material for CoatedDiffuse {
         } else {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             let weight = SampledSpectrum::splat(layer.coat.reflected(up.z) / by_coat);
-            return Some(BsdfSample { wi, weight, pdf: 1.0, specular: true, drops_wavelengths: false });
+            return Some(BsdfSample { wi, weight, pdf: by_coat, specular: true, drops_wavelengths: false, eta: 1.0 });
         };
         if wi.z <= 0.0 {
             return None;
         }
         let (value, pdf) = self.both(layer, (ground, by_coat), up, wi);
-        (pdf > 0.0).then(|| BsdfSample { wi: wi * side, weight: value / pdf, pdf, specular: false, drops_wavelengths: false })
+        (pdf > 0.0).then(|| BsdfSample {
+            wi: wi * side,
+            weight: value / pdf,
+            pdf,
+            specular: false,
+            drops_wavelengths: false,
+            eta: 1.0,
+        })
     }
 
     fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {

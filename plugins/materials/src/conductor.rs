@@ -140,6 +140,7 @@ impl Material for Conductor {
                 pdf: 1.0,
                 specular: true,
                 drops_wavelengths: false,
+                eta: 1.0,
             });
         };
         if wo.z == 0.0 {
@@ -154,7 +155,14 @@ impl Material for Conductor {
             return None;
         }
         let weight = self.optics.fresnel(at, up.dot(m)) * facets.shadowing(up, wi);
-        Some(BsdfSample { wi: wi * side, weight, pdf: facets.mirrored_density(up, m), specular: false, drops_wavelengths: false })
+        Some(BsdfSample {
+            wi: wi * side,
+            weight,
+            pdf: facets.mirrored_density(up, m),
+            specular: false,
+            drops_wavelengths: false,
+            eta: 1.0,
+        })
     }
 
     fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {

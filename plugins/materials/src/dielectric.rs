@@ -105,7 +105,8 @@ impl Dielectric {
         let wi = Interface { eta, facets }.sample(wo, choice, u)?;
         let (value, pdf) = self.rough(facets, at, wo, wi);
         let usable = pdf > 0.0 && pdf.is_finite() && value.is_finite();
-        usable.then(|| BsdfSample { wi, weight: value / pdf, pdf, specular: false, drops_wavelengths: false })
+        let eta = if wi.z * wo.z < 0.0 { relative(eta, wo) } else { 1.0 };
+        usable.then(|| BsdfSample { wi, weight: value / pdf, pdf, specular: false, drops_wavelengths: false, eta })
     }
 
     fn sample_smooth(&self, at: &Shading, wo: Vec3, choice: f32) -> Option<BsdfSample> {
@@ -113,16 +114,17 @@ impl Dielectric {
         let relative = |eta: f32| relative(eta, wo);
         let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
         let refracted = |eta: f32, cos_t: f32| Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z)).normalize();
-        let specular =
-            |wi, weight, drops_wavelengths| Some(BsdfSample { wi, weight, pdf: 1.0, specular: true, drops_wavelengths });
+        let specular = |wi, weight, pdf, eta, drops_wavelengths| {
+            Some(BsdfSample { wi, weight, pdf, specular: true, drops_wavelengths, eta })
+        };
         match &self.index {
             Index::Constant(eta) => {
                 let eta = relative(*eta);
                 let (reflected, cos_t) = fresnel::dielectric(cos_o, eta);
                 if choice < reflected {
-                    specular(mirrored, SampledSpectrum::ONE, false)
+                    specular(mirrored, SampledSpectrum::ONE, reflected, 1.0, false)
                 } else {
-                    specular(refracted(eta, cos_t), SampledSpectrum::splat(1.0 / (eta * eta)), false)
+                    specular(refracted(eta, cos_t), SampledSpectrum::splat(1.0 / (eta * eta)), 1.0 - reflected, eta, false)
                 }
             }
             Index::Dispersive(eta) => {
@@ -131,14 +133,14 @@ impl Dielectric {
                 // What all are reflected with on average, so that none counts for more than it should.
                 let mean = reflected.mean();
                 if choice < mean {
-                    return specular(mirrored, reflected * (1.0 / mean), false);
+                    return specular(mirrored, reflected * (1.0 / mean), mean, 1.0, false);
                 }
                 let (eta, (reflected, cos_t)) = (eta[0], fresnel::dielectric(cos_o, eta[0]));
                 if reflected >= 1.0 {
                     return None;
                 }
                 let weight = (1.0 - reflected) / ((1.0 - mean) * eta * eta);
-                specular(refracted(eta, cos_t), SampledSpectrum::splat(weight), true)
+                specular(refracted(eta, cos_t), SampledSpectrum::splat(weight), 1.0 - mean, eta, true)
             }
         }
     }

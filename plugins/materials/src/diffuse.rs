@@ -59,6 +59,7 @@ impl Material for Diffuse {
             pdf,
             specular: false,
             drops_wavelengths: false,
+            eta: 1.0,
         })
     }
 

@@ -76,7 +76,7 @@ impl Material for DiffuseTransmission {
         let pdf = side * wi.z * FRAC_1_PI;
         wi.z *= if through { -wo.z.signum() } else { wo.z.signum() };
         let weight = shares[usize::from(through)] * (1.0 / side);
-        (pdf > 0.0).then_some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false })
+        (pdf > 0.0).then_some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false, eta: 1.0 })
     }
 
     fn is_specular(&self) -> bool {

@@ -49,7 +49,7 @@ impl Material for Interface {
 
     fn sample(&self, at: &Shading, wo: Vec3, _: f32, _: Vec2) -> Option<BsdfSample> {
         let weight = self.transmits.sample(at);
-        Some(BsdfSample { wi: -wo, weight, pdf: 1.0, specular: true, drops_wavelengths: false })
+        Some(BsdfSample { wi: -wo, weight, pdf: 1.0, specular: true, drops_wavelengths: false, eta: 1.0 })
     }
 
     fn reflectance(&self, at: &Shading, _: Vec3) -> SampledSpectrum {

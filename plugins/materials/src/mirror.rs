@@ -43,7 +43,7 @@ impl Material for Mirror {
 
     fn sample(&self, at: &Shading, wo: Vec3, _: f32, _: Vec2) -> Option<BsdfSample> {
         let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-        Some(BsdfSample { wi, weight: self.reflectance.sample(at), pdf: 1.0, specular: true, drops_wavelengths: false })
+        Some(BsdfSample { wi, weight: self.reflectance.sample(at), pdf: 1.0, specular: true, drops_wavelengths: false, eta: 1.0 })
     }
 
     fn reflectance(&self, at: &Shading, _: Vec3) -> SampledSpectrum {

@@ -63,12 +63,12 @@ impl Material for ThinDielectric {
     fn sample(&self, at: &Shading, wo: Vec3, choice: f32, _: Vec2) -> Option<BsdfSample> {
         let reflected = self.reflected(at, wo);
         let mean = reflected.mean();
-        let (wi, weight) = if choice < mean {
-            (Vec3::new(-wo.x, -wo.y, wo.z), reflected * (1.0 / mean))
+        let (wi, weight, pdf) = if choice < mean {
+            (Vec3::new(-wo.x, -wo.y, wo.z), reflected * (1.0 / mean), mean)
         } else {
-            (-wo, reflected.map(|r| 1.0 - r) * (1.0 / (1.0 - mean)))
+            (-wo, reflected.map(|r| 1.0 - r) * (1.0 / (1.0 - mean)), 1.0 - mean)
         };
-        weight.is_finite().then_some(BsdfSample { wi, weight, pdf: 1.0, specular: true, drops_wavelengths: false })
+        weight.is_finite().then_some(BsdfSample { wi, weight, pdf, specular: true, drops_wavelengths: false, eta: 1.0 })
     }
 
     fn reflectance(&self, _: &Shading, _: Vec3) -> SampledSpectrum {

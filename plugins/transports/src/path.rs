@@ -28,6 +28,7 @@
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
 //! | `lightsampling` | bool | true | | whether lights are sampled too (next-event estimation), or directions by the material alone |
 //! | `guiding` | bool | false | | whether directions follow what was learned of the light |
+//! | `caustics` | bool | true | | whether light that comes over mirrors and through glass is looked for from the lights too ([`Caustics`]); where it is not said, if lights are sampled and there may be any |
 //! | `clampindirect` | float | 0 | W m^-2 sr^-1 nm^-1 | most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased) |
 //!
 //! ```bhs
@@ -35,6 +36,7 @@
 //! WorldBegin
 //! ```
 
+use crate::caustics::{Caustics, Departure};
 use crate::guide::{Guide, GuidedHemisphere};
 use crate::path_state::{Chosen, State, clamped};
 use crate::shadow_rays::{BatchConnections, LightSampleAt, PendingShadowRays};
@@ -48,7 +50,8 @@ use bhs_engine::light_sampling::LightSample;
 use bhs_engine::path_log::PathEvent;
 use bhs_engine::scene::{Scene, Vertex};
 use bhs_engine::stats::PathLog;
-use bhs_engine::transport::{BATCH, Behind, LightTransport, PathSample};
+use bhs_engine::transport::{BATCH, Behind, LightTransport, PathSample, RenderSetting};
+use std::ops::Range;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn LightTransport> =
@@ -59,8 +62,12 @@ struct Path {
     roulette_depth: u32,
     light_sampling: bool,
     guiding: bool,
+    /// Whether light that comes over specular surfaces is looked for from the lights; `None`: where there may be any.
+    wants_caustics: Option<bool>,
     /// Most that one contribution of indirect light may be, in the mean over its wavelengths.
     most_indirect: f32,
+    /// Photons, in a render that has caustics.
+    caustics: Option<Caustics>,
     /// What a render with guiding has learned; `None` outside of one.
     guide: Option<Guide>,
 }
@@ -84,7 +91,23 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         "most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased)",
     );
     let most_indirect = if most_indirect > 0.0 { (most_indirect as f32).max(f32::MIN_POSITIVE) } else { f32::INFINITY };
-    Some(Box::new(Path { max_depth, roulette_depth, light_sampling, guiding, most_indirect, guide: None }))
+    let caustics = p.get(
+        "caustics",
+        true,
+        "",
+        "whether light that comes over mirrors and through glass is looked for from the lights too; where it is not said, if lights are sampled and there may be any",
+    );
+    let wants_caustics = p.is_given("caustics").then_some(caustics);
+    Some(Box::new(Path {
+        max_depth,
+        roulette_depth,
+        light_sampling,
+        guiding,
+        wants_caustics,
+        most_indirect,
+        caustics: None,
+        guide: None,
+    }))
 }
 
 impl LightTransport for Path {
@@ -98,8 +121,17 @@ impl LightTransport for Path {
         }
     }
 
-    fn for_render(&self, scene: &Scene) -> Option<Box<dyn LightTransport>> {
-        self.guiding.then(|| Box::new(Self { guide: Some(Guide::new(scene.world.bounds)), ..*self }) as _)
+    fn for_render(&self, setting: &RenderSetting) -> Option<Box<dyn LightTransport>> {
+        let guide = self.guiding.then(|| Guide::new(setting.scene.world.bounds));
+        let wants_caustics = self.wants_caustics.unwrap_or(self.light_sampling);
+        let caustics = if wants_caustics { Caustics::new(setting, self.max_depth) } else { None };
+        (guide.is_some() || caustics.is_some()).then(|| Box::new(Self { guide, caustics, ..*self }) as _)
+    }
+
+    fn begin_wave(&mut self, setting: &RenderSetting, samples: Range<u32>) {
+        if let Some(caustics) = &mut self.caustics {
+            caustics.begin_wave(setting, samples);
+        }
     }
 
     fn learns(&self) -> bool {
@@ -132,7 +164,7 @@ impl LightTransport for Path {
 impl Path {
     /// Follows up to [`BATCH`] paths to their ends.
     fn follow_batch(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
-        let guide = self.guide.as_ref();
+        let (guide, caustics) = (self.guide.as_ref(), self.caustics.as_ref());
         let samples_lights = self.light_sampling && scene.light_sampler.can_sample();
         let connections = scene.integrator.connections().filter(|_| samples_lights);
         let mut states: ArrayVec<State, BATCH> = paths.iter().map(|path| State::new(path, self.most_indirect)).collect();
@@ -158,7 +190,7 @@ impl Path {
                     paths[*i].behind = Some(Behind { ray: *ray, end: *end, share: throughput.mean() });
                 }
                 log.note(|| PathEvent::Traced { ray: *ray, end: *end, throughput: *throughput, lambda_nm: lambda.lambda_nm });
-                let at = Bounce { scene, connections, path: &mut paths[*i], state: &mut states[*i] };
+                let at = Bounce { scene, connections, caustics, path: &mut paths[*i], state: &mut states[*i] };
                 if let Some(vertex) = at.arrive(end, depth == 0, log)
                     && depth < self.max_depth
                 {
@@ -166,12 +198,23 @@ impl Path {
                     met.push(Met { index: *i, vertex, place });
                 }
             }
+            if let Some(caustics) = caustics {
+                for Met { index, vertex, .. } in met.iter().filter(|m| !m.vertex.material.is_specular()) {
+                    let state = &states[*index];
+                    let brought = caustics.gather(scene, vertex, &state.lambda, self.max_depth - depth - 1);
+                    let found = clamped(state.throughput * brought, state.most(state.scattered + 1));
+                    if !found.is_zero() {
+                        log.note(|| PathEvent::Found(found));
+                        paths[*index].radiance += found;
+                    }
+                }
+            }
             if let Some(connections) = connections {
                 Self::sample_lights(scene, connections, &met, (&mut *paths, &states), (&mut found, &mut pending), log);
             }
             underway.clear();
             for Met { index, vertex, place } in &met {
-                let at = Bounce { scene, connections, path: &mut paths[*index], state: &mut states[*index] };
+                let at = Bounce { scene, connections, caustics, path: &mut paths[*index], state: &mut states[*index] };
                 if at.scatter(vertex, guide.zip(place.as_ref()), depth >= self.roulette_depth, log) {
                     underway.push(*index);
                 }
@@ -238,6 +281,7 @@ struct Met<'a> {
 struct Bounce<'a, 'p, 's> {
     scene: &'s Scene,
     connections: Option<&'a dyn Connections>,
+    caustics: Option<&'a Caustics>,
     path: &'a mut PathSample<'p>,
     state: &'a mut State,
 }
@@ -246,7 +290,7 @@ impl<'s> Bounce<'_, '_, 's> {
     /// What the ray that ended at `end` has found; the vertex there, if it is one. `of_camera`: whether it is the camera's own ray.
     #[inline(always)]
     fn arrive(self, end: &RayEnd, of_camera: bool, log: &mut PathLog) -> Option<Vertex<'s>> {
-        let Self { scene, connections, path, state } = self;
+        let Self { scene, connections, caustics, path, state } = self;
         if let Some(record) = state.records.last_mut().filter(|r| r.before.is_none()) {
             record.before = Some(path.radiance.mean());
         }
@@ -255,6 +299,9 @@ impl<'s> Bounce<'_, '_, 's> {
             Arrival::Sky(direction, side) => {
                 let sky = match (connections, &state.chosen) {
                     (Some(c), Some(chosen)) => chosen.sky(scene, c, state, (direction, side), end.swept),
+                    (_, None) if let (Some(caustics), Some(departure)) = (caustics, state.departure) => {
+                        state.sky_of_caustic(scene, caustics, departure, (direction, side))
+                    }
                     _ => scene.sky((direction, side), &state.lambda, of_camera),
                 };
                 let found = clamped(state.throughput * sky, state.most(state.scattered));
@@ -272,7 +319,7 @@ impl<'s> Bounce<'_, '_, 's> {
         if vertex.emitter.is_some() {
             let weight = match (connections, &state.chosen) {
                 (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.swept),
-                _ => 1.0,
+                _ => state.weight_of_caustic(scene, caustics, &vertex),
             };
             let found = clamped(state.throughput * vertex.emitted() * weight, state.most(state.scattered));
             log.note(|| PathEvent::Found(found));
@@ -283,7 +330,7 @@ impl<'s> Bounce<'_, '_, 's> {
 
     /// The path's next direction from `vertex`: by what was learned, if anything, else by the material. Whether it goes on.
     fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &GuidedHemisphere)>, roulette: bool, log: &mut PathLog) -> bool {
-        let Self { scene, path, state, .. } = self;
+        let Self { scene, caustics, path, state, .. } = self;
         let stream = &mut path.stream;
         let (choice, u) = (stream.next_1d(), stream.next_2d());
         let sample = match guided {
@@ -313,6 +360,12 @@ impl<'s> Bounce<'_, '_, 's> {
         }
         let footprint = if sample.specular { state.ray.footprint } else { scene.footprints.rough };
         state.ray = vertex.spawn(&scene.world, sample.wi, footprint);
+        if caustics.is_some() {
+            state.departure = match sample.specular {
+                true => state.departure.map(|d| d.further(sample.drops_wavelengths)),
+                false => Some(Departure::new(vertex, direction, vertex.material.pdf(&vertex.shading, vertex.wo, sample.wi))),
+            };
+        }
         state.chosen = (!sample.specular).then(|| Chosen {
             from: scene.world.place_of(&vertex.hit),
             pdf: sample.pdf,

@@ -1,5 +1,6 @@
 //! A path under way: what `path` knows of it between one bounce and the next.
 
+use crate::caustics::{Caustics, Departure};
 use crate::guide::{GuidedHemisphere, TrainingRecord};
 use arrayvec::ArrayVec;
 use bhs_core::material::BsdfSample;
@@ -44,7 +45,7 @@ impl Chosen {
         sky: (DVec3, Side),
         swept: f64,
     ) -> SampledSpectrum {
-        scene.light_sampler.sky_weighted(sky, &state.lambda, |pdf| {
+        scene.light_sampler.sky_weighted(sky, &state.lambda, |_, pdf| {
             match connections.spread_sky(&scene.world, self.from, state.ray.direction, sky, swept) {
                 Some(spread) => balance_heuristic(self.pdf, (pdf * spread / self.solid_angle_factor) as f32),
                 None => 1.0,
@@ -63,6 +64,8 @@ pub struct State {
     pub lambda: SampledWavelengths,
     /// `None` after the camera and after specular bounces: only BSDF sampling finds light there.
     pub chosen: Option<Chosen>,
+    /// How it left its last rough surface.
+    pub departure: Option<Departure>,
     /// How much less it weighs because its directions were more likely than the materials would have made them.
     pub guided: f32,
     /// Most that one contribution of indirect light may be, in the mean over its wavelengths.
@@ -85,6 +88,7 @@ impl State {
             throughput,
             lambda,
             chosen: None,
+            departure: None,
             guided: 1.0,
             most_indirect,
             scattered: 0,
@@ -108,7 +112,27 @@ impl State {
             // Where there is no room, enough is learned from this path.
             let _ = self.records.try_push(place.record(&drawn, (self.throughput * weight).mean()));
         }
-        Some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false })
+        Some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false, eta: 1.0 })
+    }
+
+    /// The weight of the emission that it has found at `vertex` on its way from a rough surface over specular ones.
+    pub fn weight_of_caustic(&self, scene: &Scene, caustics: Option<&Caustics>, vertex: &Vertex) -> f32 {
+        match (caustics, self.departure, &self.chosen) {
+            (Some(caustics), Some(departure), None) => caustics.weight(scene, departure, vertex, &self.lambda),
+            _ => 1.0,
+        }
+    }
+
+    /// The light of the sky that it has found in the direction `sky.0` on the side `sky.1` on such a way, weighted likewise.
+    pub fn sky_of_caustic(
+        &self,
+        scene: &Scene,
+        caustics: &Caustics,
+        departure: Departure,
+        sky: (DVec3, Side),
+    ) -> SampledSpectrum {
+        let weight = |index, pdf| caustics.sky_weight(scene, departure, (index, pdf), &self.lambda);
+        scene.light_sampler.sky_weighted(sky, &self.lambda, weight)
     }
 
     /// Most that light may be, in the mean over its wavelengths, which is found after it was scattered by so many surfaces that show no others.

@@ -161,6 +161,10 @@ impl Spacetime for Kerr {
         self
     }
 
+    fn reversed(&self) -> Option<Arc<dyn Spacetime>> {
+        Some(Arc::new(Self { a: -self.a, ..*self }))
+    }
+
     fn moved(&self, origin: DVec3) -> Arc<dyn Spacetime> {
         Arc::new(Self { round: Spherical { center: self.round.center - origin, ..self.round }, ..*self })
     }
