@@ -163,9 +163,9 @@ mod tests {
         assert_eq!(channels("shadingnormal"), channels("Ns"));
         assert_eq!(channels("R"), Ok((vec![10], false)));
         // Whatever the order of the channels.
-        for names in [["S.b", "S.a", "x"], ["x", "S.a", "S.b"]] {
+        for names in [["S.q", "S.p", "x"], ["x", "S.p", "S.q"]] {
             let found = super::find(&names, "S", &known).expect("a layer");
-            assert_eq!(found.channels.iter().map(|c| names[*c]).collect::<Vec<_>>(), ["S.a", "S.b"]);
+            assert_eq!(found.channels.iter().map(|c| names[*c]).collect::<Vec<_>>(), ["S.p", "S.q"]);
         }
         let said = find("dept").expect_err("no such layer");
         assert!(said.contains("did you mean `depth`?") && said.contains("shadingnormal, depth, Diffuse"), "{said}");

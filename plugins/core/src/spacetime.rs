@@ -148,6 +148,20 @@ pub trait Spacetime: Debug + Send + Sync {
         false
     }
 
+    /// The ball through which all light from far away that comes into `ball` would pass if nothing bent it: of its impact parameters, to be shone at.
+    /// `None` where that is not known.
+    fn aim(&self, ball: Ball) -> Option<Ball> {
+        let hole = match self.class() {
+            Class::Flat => return Some(ball),
+            Class::Spherical(hole) => hole,
+            Class::Kerr(hole) => hole.round(),
+            Class::Index(_) | Class::General(_) => return None,
+        };
+        // Light that comes as near to a hole as r passes far away at r/N(r), which grows with r beyond the orbits of light; spin moves it by less than rs.
+        let r = ((ball.center - hole.center).length() + ball.radius).max(3.0 * hole.rs);
+        Some(Ball { center: hole.center, radius: r / hole.lapse_squared(r).sqrt() + hole.rs })
+    }
+
     /// The spacetime whose time runs the other way, if it is another one and is known: light goes forwards here where it is followed back there.
     fn reversed(&self) -> Option<Arc<dyn Spacetime>> {
         None

@@ -11,7 +11,7 @@ use bhs_core::geometry::Aabb;
 use bhs_core::light::Emission;
 use bhs_core::ray::{Ray, SurfaceHit};
 use bhs_core::sampling::{Discrete, SampleStream, concentric_disk, concentric_square, cosine_hemisphere};
-use bhs_core::spacetime::{Class, Side};
+use bhs_core::spacetime::{Ball, Side};
 use bhs_engine::light_sampling::{LightSample, LightSource};
 use bhs_engine::scene::{Scene, Vertex};
 use glam::{DVec2, DVec3};
@@ -261,16 +261,9 @@ impl Target {
             // A little more, for what rounding moves.
             return Some(Self { center, radius: 1.001 * radius, distance: (center - middle).length() + 2.0 * whole });
         }
-        // Light that comes as near to a hole as r passes far away at b, which is the larger the larger r is beyond the orbit of light.
-        let (hole, least) = match scene.world.spacetime().class() {
-            Class::Spherical(hole) => (hole, 3.0 * hole.rs),
-            Class::Kerr(hole) => (hole.round(), 3.0 * hole.round().rs),
-            _ => return None,
-        };
-        let (middle, whole) = around(&scene.world.bounds);
-        let r = ((middle - hole.center).length() + whole).max(least);
-        let radius = r / hole.lapse_squared(r).sqrt() + hole.rs;
-        Some(Self { center: hole.center, radius, distance: FAR * radius })
+        let (center, radius) = around(&scene.world.bounds);
+        let Ball { center, radius } = scene.world.spacetime().aim(Ball { center, radius })?;
+        Some(Self { center, radius, distance: FAR * radius })
     }
 }
 
