@@ -3,7 +3,7 @@
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference Evaluator for Alternating Images" (LDR); Andersson, Nilsson,
 //! Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images" (HDR: the greatest difference over exposures from where the
 //! brightest point of the reference is white to where its median is). The numbers are those of the authors' program, `flip-evaluator`, with its defaults: a screen
-//! of 3840 pixels and 0.7 m across, 0.7 m away, and the ACES curve; but that these exposures are [`MOST_EXPOSURES`] at most.
+//! of 3840 pixels and 0.7 m across, 0.7 m away, and the ACES curve; but that these exposures are `MOST_EXPOSURES` at most.
 
 use rayon::prelude::*;
 use std::f32::consts::PI;

@@ -237,7 +237,7 @@ impl Session<'_> {
     fn explain(&self, built: &BuiltScene, rendered: &Rendered, outputs: &Outputs) {
         let is_told = |said: &Explanation| {
             let is_of_another = said.code == diagnosis::EXPOSURE && outputs.shows_layer();
-            !is_of_another && !(self.args.quiet && said.level == Level::Note)
+            !(is_of_another || self.args.quiet && said.level == Level::Note)
         };
         let Some(said) = diagnosis::after(built, rendered).filter(is_told) else { return };
         match self.black_frames {

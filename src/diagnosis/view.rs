@@ -131,8 +131,11 @@ fn may_be_in_frame(built: &BuiltScene, job: &Job) -> bool {
         let corners = bounds.corners().map(|corner| matrices.camera_from_render.transform_point3(corner));
         let on_screen = corners.map(|corner| screen_from_camera * corner.extend(1.0));
         let beyond = |is: fn(DVec4) -> bool| on_screen.iter().all(|p| is(*p));
-        !corners.iter().all(|corner| corner.z <= 0.0)
-            && !(beyond(|p| p.x < 0.0) || beyond(|p| p.x > p.w) || beyond(|p| p.y < 0.0) || beyond(|p| p.y > p.w))
+        !(corners.iter().all(|corner| corner.z <= 0.0)
+            || beyond(|p| p.x < 0.0)
+            || beyond(|p| p.x > p.w)
+            || beyond(|p| p.y < 0.0)
+            || beyond(|p| p.y > p.w))
     };
     let on_this_side = (0..world.geometries.len() as u32).filter(|number| world.side_of(*number) == job.viewpoint.side);
     on_this_side.map(|number| world.geometries[number as usize].bounds()).any(|bounds| !bounds.is_empty() && may(bounds))

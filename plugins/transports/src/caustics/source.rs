@@ -111,13 +111,13 @@ impl PhotonSource {
         let (even, first) = (stream.next_2d(), stream.next_1d());
         let at = At { index, point: point?, aimed, even: even.as_dvec2(), first };
         match at.point.source {
-            LightSource::Sky { .. } => self.from_sky(scene, at),
-            _ => self.from_place(scene, at),
+            LightSource::Sky { .. } => self.emit_from_sky(scene, at),
+            _ => self.emit_from_place(scene, at),
         }
     }
 
     /// Light of a surface or of a point.
-    fn from_place(&self, scene: &Scene, at: At) -> Option<Emitted> {
+    fn emit_from_place(&self, scene: &Scene, at: At) -> Option<Emitted> {
         let LightSample { observer, point, side, source, pdf } = at.point;
         let normal = match source {
             LightSource::Surface { normal, .. } => Some(observer.local_normal(normal)),
@@ -176,7 +176,7 @@ impl PhotonSource {
     }
 
     /// Light of the sky.
-    fn from_sky(&self, scene: &Scene, at: At) -> Option<Emitted> {
+    fn emit_from_sky(&self, scene: &Scene, at: At) -> Option<Emitted> {
         let LightSource::Sky { light, is_parallel } = at.point.source else { return None };
         let Target { center, radius, distance } = self.target?;
         // Only where all have one direction a place on the disc says where they go.
