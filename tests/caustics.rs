@@ -6,6 +6,8 @@
 
 use crate::common;
 use crate::common::lights::luminance;
+use crate::common::program::Folder;
+use bhs::image::Picture;
 use bhs::lang::Overrides;
 use std::f64::consts::PI;
 
@@ -237,4 +239,23 @@ fn and_of_the_sky_and_through_a_prism() {
     agrees("sky", &room(sky));
     let prism = room("").replace("\"float eta\" 1.5", "\"spectrum eta\" \"glass-SF11\"");
     agrees("prism", &prism);
+}
+
+/// Photons are those of the wave, whoever follows them and whatever part of the samples is rendered.
+#[test]
+fn threads_and_parts_change_no_byte() {
+    let folder = Folder::new(&room(""));
+    let done = |args: &[&str]| {
+        let (code, said) = folder.run(args);
+        assert_eq!(code, 0, "{args:?}: {said}");
+    };
+    done(&["render", "scene.bhs", "--spp", "7", "--threads", "1", "-o", "one.exr"]);
+    done(&["render", "scene.bhs", "--spp", "7", "--threads", "3", "-o", "three.exr"]);
+    done(&["render", "scene.bhs", "--spp", "7", "--samples", "0..3", "-o", "a.bhspart"]);
+    done(&["render", "scene.bhs", "--spp", "7", "--samples", "3..7", "-o", "b.bhspart"]);
+    done(&["merge", "-o", "merged.exr", "a.bhspart", "b.bhspart"]);
+    let picture = |name: &str| Picture::read_exr(&folder.at(name)).expect("it is there");
+    let one = picture("one.exr");
+    assert!(one.data.iter().any(|v| *v > 0.0));
+    assert!(one == picture("three.exr") && one == picture("merged.exr"));
 }
