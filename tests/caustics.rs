@@ -246,8 +246,8 @@ fn and_of_the_sky_and_through_a_prism() {
 fn threads_and_parts_change_no_byte() {
     let folder = Folder::new(&room(""));
     let done = |args: &[&str]| {
-        let (code, said) = folder.run(args);
-        assert_eq!(code, 0, "{args:?}: {said}");
+        let outcome = folder.run(args);
+        assert_eq!(outcome.code, 0, "{args:?}: {}", outcome.err);
     };
     done(&["render", "scene.bhs", "--spp", "7", "--threads", "1", "-o", "one.exr"]);
     done(&["render", "scene.bhs", "--spp", "7", "--threads", "3", "-o", "three.exr"]);
