@@ -9,6 +9,7 @@ use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
 use bhs_engine::path_log::{LightPlace, PathEvent};
 use bhs_engine::stats::PathLog;
+use bhs_engine::transport::{LightTransport, RenderSetting};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
@@ -32,16 +33,39 @@ pub struct Replayed {
     pub channels: Vec<f64>,
 }
 
-/// Follows sample `id` of `job` as a render of it does.
-pub fn follow(job: &Job, id: SampleId) -> Replayed {
-    // What learns uses other numbers in each wave.
-    let setting = job.setting();
-    let mut own = job.transport.for_render(&setting);
-    if let Some(own) = &mut own {
-        own.begin_wave(&setting, Wave::of(id.sample).samples());
+/// Follows samples of a picture once more.
+pub struct Replay<'a> {
+    job: Job<'a>,
+    setting: RenderSetting<'a>,
+    /// The transport's memory, if it has one, and the wave that it has been told of.
+    memory: Option<(Box<dyn LightTransport>, Option<Wave>)>,
+}
+
+impl<'a> Replay<'a> {
+    /// Of the picture of `job`.
+    pub fn new(job: Job<'a>) -> Self {
+        let setting = job.setting();
+        let memory = job.transport.for_render(&setting).map(|own| (own, None));
+        Self { job, setting, memory }
     }
+
+    /// Follows sample `id` as a render does; samples of one wave after the other are followed fastest.
+    pub fn follow(&mut self, id: SampleId) -> Replayed {
+        let wave = Wave::of(id.sample);
+        if let Some((memory, begun)) = &mut self.memory
+            && begun.replace(wave) != Some(wave)
+        {
+            memory.begin_wave(&self.setting, wave.samples());
+        }
+        let transport = self.memory.as_ref().map_or(self.job.transport, |(own, _)| &**own);
+        follow(&Job { transport, ..self.job }, id)
+    }
+}
+
+/// Follows sample `id` of `job`, whose transport is ready for its wave.
+fn follow(job: &Job, id: SampleId) -> Replayed {
+    // What learns uses other numbers in each wave.
     let wave = if job.transport.learns() { Wave::of(id.sample).0 } else { 0 };
-    let job = &Job { transport: own.as_deref().unwrap_or(job.transport), ..*job };
     let [lo, hi] = job.film.lambda_range();
     let stream = SampleStream::of_wave(job.sampler, id.pixel, id.sample, wave);
     let (sample, mut path) = CameraSample::new(job, &VisibleWavelengths::new(lo, hi), id, stream);

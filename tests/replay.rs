@@ -6,7 +6,7 @@ use bhs::image::Picture;
 use bhs::lang::Overrides;
 use bhs::not_finite::SampleId;
 use bhs::render::Job;
-use bhs::replay;
+use bhs::replay::Replay;
 use serde_json::Value;
 use std::path::Path;
 use tempfile::TempDir;
@@ -60,14 +60,17 @@ fn all_samples_together_are_the_picture() {
         let overrides = Overrides { transport: Some(transport.into()), ..Default::default() };
         let built = common::build_with(&format!("{OPTIONS}{hole}{ROOM}"), &overrides);
         let picture = common::render(&built).frame.picture();
-        let job = Job::of(&built);
-        for (x, y) in (0..17).flat_map(|x| (0..19).map(move |y| (x, y))) {
-            let mut sums = vec![0.0; picture.channels.len()];
-            for sample in 0..9 {
-                let replayed = replay::follow(&job, SampleId { pixel: [x, y], sample });
+        let mut replay = Replay::new(Job::of(&built));
+        let pixels = || (0..17).flat_map(|x| (0..19).map(move |y| (x, y)));
+        let mut sums = vec![vec![0.0; picture.channels.len()]; pixels().count()];
+        for sample in 0..9 {
+            for ((x, y), sums) in pixels().zip(&mut sums) {
+                let replayed = replay.follow(SampleId { pixel: [x, y], sample });
                 assert!(replayed.is_exact && replayed.is_finite && !replayed.events.is_empty());
                 sums.iter_mut().zip(&replayed.channels).for_each(|(sum, c)| *sum += c);
             }
+        }
+        for ((x, y), sums) in pixels().zip(sums) {
             let mean: Vec<f32> = sums.iter().map(|s| (s / 9.0) as f32).collect();
             assert_eq!(mean, picture.pixel(x as usize, y as usize), "{hole} {transport} {x},{y}");
         }

@@ -5,7 +5,8 @@ use crate::cli::RenderArgs;
 use crate::lang::{BuiltScene, Overrides};
 use crate::not_finite::SampleId;
 use crate::render::Job;
-use crate::{replay, say};
+use crate::replay::Replay;
+use crate::say;
 use anyhow::Result;
 use std::borrow::Cow;
 
@@ -69,7 +70,7 @@ pub(super) fn replay(args: &RenderArgs, overrides: &Overrides, id: SampleId, com
         say!("error: {why}");
         return Ok(ExitStatus::CommandLine);
     }
-    let replayed = replay::follow(&Job::of(&built), id);
+    let replayed = Replay::new(Job::of(&built)).follow(id);
     if !replayed.is_exact {
         say!(
             "warning: `{}` learns while it renders: what it knew of the scene at this sample is not replayed, and the path differs",
