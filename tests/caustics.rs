@@ -27,8 +27,10 @@ fn mean(text: &str, samples: u32) -> (f64, f64) {
     (mean, (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt())
 }
 
-/// To 1 % and chance, which is small.
-fn near(seen: f64, error: f64, expected: f64) {
+/// That the mean of a picture of the scene is what is expected, to 1 % and chance, which is small.
+fn shows(text: &str, samples_at_least: u32, expected: f64) {
+    let (seen, error) = mean(text, samples(samples_at_least));
+    eprintln!("{seen} +- {error}, {expected}");
     assert!(error < 0.03 * expected, "{seen} +- {error}, {expected}");
     assert!((seen - expected).abs() < 0.01 * expected + 4.0 * error, "{seen} +- {error}, {expected}");
 }
@@ -75,13 +77,11 @@ fn metal(cos: f64, eta: f64, k: f64) -> f64 {
 fn a_mirror_shows_a_point_light_to_the_floor() {
     let options = r#"LightTransport "path" "integer maxdepth" 2"#;
     let world = format!(r#"{MIRROR} LightSource "point" "spectrum I" 1 "point3 from" [1 1 0]"#);
-    let (seen, error) = mean(&floor(options, &world), samples(128));
     // The image is at (-3, 1, 0).
     let distance2 = 10.0f64;
     let cos = 1.0 / distance2.sqrt();
     let expected = 0.5 / PI * metal(3.0 / distance2.sqrt(), 0.2, 3.0) * cos / distance2;
-    eprintln!("mirror: {seen} +- {error}, {expected}");
-    near(seen, error, expected);
+    shows(&floor(options, &world), 128, expected);
 }
 
 /// Through a pane with parallel faces light is moved aside and loses what both faces reflect; at right angles it is not moved. A sun alone above it
@@ -99,11 +99,9 @@ fn a_pane_lets_the_sun_through() {
                 "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1  -1 1 -1  1 1 -1  1 1 1  -1 1 1]
         AttributeEnd
         LightSource "distant" "spectrum L" 2 "point3 from" [0 1 0] "point3 to" [0 0 0]"#;
-    let (seen, error) = mean(&floor(options, world), samples(16));
     let r = (0.5f64 / 2.5).powi(2);
     let expected = 0.5 / PI * 2.0 * (1.0 - r).powi(2);
-    eprintln!("pane: {seen} +- {error}, {expected}");
-    near(seen, error, expected);
+    shows(&floor(options, world), 16, expected);
 }
 
 /// Water over the floor: light does not get more or less by what it is measured in, though radiance does.
@@ -117,14 +115,12 @@ fn the_sun_shines_on_the_bottom_of_a_pool() {
             Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point3 P" [1.9 3.5 -0.3  2.5 3.5 -0.3  2.5 3.5 0.3  1.9 3.5 0.3]
         AttributeEnd
         LightSource "distant" "spectrum L" 2 "point3 from" [1 1 0] "point3 to" [0 0 0]"#;
-    let (seen, error) = mean(&floor(options, world), samples(16));
     let (cos, eta) = (0.5f64.sqrt(), 1.33);
     let inner = (1.0 - (1.0 - cos * cos) / (eta * eta)).sqrt();
     let [s, p] = [(cos - eta * inner) / (cos + eta * inner), (eta * cos - inner) / (eta * cos + inner)];
     // Beside the water the floor is lit as well.
     let expected = 0.5 / PI * 2.0 * cos * (2.0 - 0.5 * (s * s + p * p));
-    eprintln!("pool: {seen} +- {error}, {expected}");
-    near(seen, error, expected);
+    shows(&floor(options, world), 16, expected);
 }
 
 /// A lamp and its light over a curved mirror and through a glass ball, on a wall, with or without something that bends it.

@@ -22,7 +22,8 @@ mod source;
 mod spectrum;
 
 use bhs_core::geometry::Aabb;
-use bhs_core::sampling::Discrete;
+use bhs_core::observer::Observer;
+use bhs_core::sampling::{Discrete, balance_heuristic};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use bhs_engine::scene::{Scene, Vertex};
 use bhs_engine::transport::RenderSetting;
@@ -49,6 +50,8 @@ const SCOUT_RANGE: [u64; 2] = [1 << 13, 1 << 16];
 const NEIGHBOURS: f64 = 1.0;
 /// Photons whose neighbours are counted to find that out.
 const ASKED: usize = 256;
+/// Discs are larger (scene units): squares of distances within are single precision's, also after a billion samples.
+const SMALLEST: f64 = 1e-16;
 /// The stage of the first scouts; the second ones have that before: no wave begins with either.
 const FIRST_SCOUTS: u32 = u32::MAX;
 /// Light of one wavelength counts for others that are nearer than half of this (nm).
@@ -68,7 +71,7 @@ pub struct Departure {
 impl Departure {
     /// That from `vertex` in the looked direction `looked`, which has the density `pdf` per local solid angle.
     pub fn new(vertex: &Vertex, looked: DVec3, pdf: f32) -> Self {
-        Self { density: f64::from(pdf) / across(vertex, looked), is_single: false }
+        Self { density: f64::from(pdf) / across(&vertex.observer, vertex.normal, looked), is_single: false }
     }
 
     /// The same after a surface at which colours part if `drops_wavelengths` says so.
@@ -77,9 +80,9 @@ impl Departure {
     }
 }
 
-/// Area across light of the looked direction `looked`, as the observer measures it, per chart area of the surface.
-fn across(vertex: &Vertex, looked: DVec3) -> f64 {
-    looked.dot(vertex.normal).abs() * vertex.observer.bundle_area_factor(looked)
+/// Area across light of the looked direction `looked`, as the observer measures it, per chart area of a surface with the given chart normal.
+fn across(observer: &Observer, normal: DVec3, looked: DVec3) -> f64 {
+    looked.dot(normal).abs() * observer.bundle_area_factor(looked)
 }
 
 /// What a surface does with light of any direction.
@@ -147,7 +150,7 @@ impl Caustics {
     /// Sends the first photons and learns from them; whether there are caustics.
     fn scout(mut self, setting: &RenderSetting) -> Option<Self> {
         let scouts = (self.per_sample * SCOUTS).clamp(SCOUT_RANGE[0], SCOUT_RANGE[1]) as u32;
-        let seen = Seen::new(setting);
+        let mut seen: Option<Seen> = None;
         let mut landed: Vec<Landed> = Vec::new();
         let mut counts: Vec<f64> = Vec::new();
         for stage in 0..2 {
@@ -155,14 +158,19 @@ impl Caustics {
                 return None;
             }
             landed = self.tracer(setting).follow(FIRST_SCOUTS - stage, 0..scouts);
+            if landed.is_empty() {
+                return None;
+            }
+            // Asked where there is something to be seen.
+            let seen = seen.get_or_insert_with(|| Seen::new(setting));
             counts = landed.iter().map(|l| mean(&l.photon.flux) * seen.weight(l.photon.point.as_dvec3())).collect();
             let brought: Vec<_> = landed.iter().zip(&counts).map(|(l, count)| (l.light, l.cell, *count)).collect();
             self.source = self.source.learn(setting.scene, &brought);
         }
         let neighbours = NEIGHBOURS * f64::from(scouts) / self.per_sample as f64;
         let photons: Vec<Photon> = landed.into_iter().map(|l| l.photon).collect();
-        let radius = radius_of(&photons, &counts, neighbours.round().max(1.0) as usize)?.min(seen.resolution());
-        Some(Self { radius, ..self })
+        let radius = radius_of(&photons, &counts, neighbours.round().max(1.0) as usize)?.min(seen?.resolution());
+        (radius > SMALLEST).then_some(Self { radius, ..self })
     }
 
     fn tracer<'a>(&'a self, setting: &RenderSetting<'a>) -> Tracer<'a> {
@@ -208,7 +216,7 @@ impl Caustics {
             return SampledSpectrum::ZERO;
         }
         let (scattered, pdf) = scattered.into(vertex, wi);
-        let across = across(vertex, looked);
+        let across = across(&vertex.observer, vertex.normal, looked);
         if scattered.is_zero() || across <= 0.0 {
             return SampledSpectrum::ZERO;
         }
@@ -227,7 +235,7 @@ impl Caustics {
         let here = f64::from(pdf) / across;
         let weight = 1.0 - self.weight_against_photons(here, photon.density.into(), photon.is_single);
         let factor = shift.map_or(1.0, |shift| scene.radiance_factor(shift));
-        scattered * light * (f64::from(factor) * weight / (self.disc() * across)) as f32
+        scattered * light * (f64::from(factor * weight) / (self.disc() * across)) as f32
     }
 
     /// The light of a photon of one wavelength at others.
@@ -243,10 +251,10 @@ impl Caustics {
     }
 
     /// The weight of a direction of the density `direction` (of [`Departure`]) against photons that left with the density `light`.
-    fn weight_against_photons(&self, direction: f64, light: f64, is_single: bool) -> f64 {
+    fn weight_against_photons(&self, direction: f64, light: f64, is_single: bool) -> f32 {
         let band = if is_single { f64::from(BAND_NM / (self.range.hi - self.range.lo)) } else { 1.0 };
         let photons = self.sent * light * self.disc() * band;
-        if photons > 0.0 { direction / (direction + photons) } else { 1.0 }
+        if photons > 0.0 { balance_heuristic(direction as f32, photons as f32) } else { 1.0 }
     }
 
     /// The weight of the emission that a path of the wavelengths `lambda` has found at `vertex` since its departure.
@@ -255,7 +263,7 @@ impl Caustics {
             return 1.0;
         }
         let light = self.source.density(scene, vertex);
-        self.weight_against_photons(departure.density, light, departure.is_single) as f32
+        self.weight_against_photons(departure.density, light, departure.is_single)
     }
 
     /// The same of light of the sky, of the light `index` that light sampling draws with the density `pdf`.
@@ -270,7 +278,7 @@ impl Caustics {
             return 1.0;
         }
         let light = self.source.sky_density(scene, index, pdf);
-        self.weight_against_photons(departure.density, light, departure.is_single) as f32
+        self.weight_against_photons(departure.density, light, departure.is_single)
     }
 }
 

@@ -363,7 +363,11 @@ impl<'s> Bounce<'_, '_, 's> {
         if caustics.is_some() {
             state.departure = match sample.specular {
                 true => state.departure.map(|d| d.further(sample.drops_wavelengths)),
-                false => Some(Departure::new(vertex, direction, vertex.material.pdf(&vertex.shading, vertex.wo, sample.wi))),
+                // By the material, whatever has chosen: photons know no guide.
+                false => {
+                    let by_material = || vertex.material.pdf(&vertex.shading, vertex.wo, sample.wi);
+                    Some(Departure::new(vertex, direction, guided.map_or(sample.pdf, |_| by_material())))
+                }
             };
         }
         state.chosen = (!sample.specular).then(|| Chosen {

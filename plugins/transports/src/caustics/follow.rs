@@ -57,7 +57,7 @@ impl<'a> Tracer<'a> {
     /// other waves with the same numbers.
     pub fn follow(&self, stage: u32, numbers: Numbers<u32>) -> Vec<Landed> {
         let batch = BATCH as u32;
-        let batches = numbers.len() as u32 / batch + u32::from(!(numbers.len() as u32).is_multiple_of(batch));
+        let batches = (numbers.len() as u32).div_ceil(batch);
         let landed: Vec<Vec<Landed>> = (0..batches)
             .into_par_iter()
             .map(|b| {

@@ -72,7 +72,7 @@ impl PhotonMap {
         let mask = self.starts.len() - 2;
         let mut seen = ArrayVec::<usize, 8>::new();
         for i in 0..8 {
-            let bucket = hash(corner + IVec3::new(i & 1, (i >> 1) & 1, i >> 2)) & mask;
+            let bucket = hash(corner.wrapping_add(IVec3::new(i & 1, (i >> 1) & 1, i >> 2))) & mask;
             if seen.contains(&bucket) {
                 continue;
             }

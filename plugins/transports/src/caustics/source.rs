@@ -4,6 +4,7 @@
 //! all mass. Étendue times the square of the frequency is the same all along a ray ([`Scene::etendue`]), so that no photon has to be followed to know how
 //! dense they are where they arrive: that is the weight of photons against directions chosen there.
 
+use super::across;
 use super::aim::Aim;
 use super::spectrum::{COUNT, Range};
 use bhs_core::equal_area::{equal_area_direction, equal_area_point};
@@ -142,7 +143,7 @@ impl PhotonSource {
         let lambda_nm = |k| self.range.set(at.first, k).map(|l| l * ratio as f32);
         let (density, flux): (_, [f32; COUNT]) = match source {
             LightSource::Surface { emitter, normal: chart, uv, .. } => {
-                let across = looked.dot(chart).abs() * observer.bundle_area_factor(looked);
+                let across = across(&observer, chart, looked);
                 let light = &scene.light_sampler.emitters[emitter as usize].light;
                 let (cos_theta, clock_rate) = (normal?.dot(local) as f32, observer.clock_rate() as f32);
                 let radiance =
@@ -230,7 +231,7 @@ impl PhotonSource {
         }
         let (observer, looked) = (&vertex.observer, vertex.hit.direction);
         let per_area = scene.light_pdf(vertex) / by_power * self.choice.probability(light);
-        let across = looked.dot(vertex.normal).abs() * observer.bundle_area_factor(looked);
+        let across = across(observer, vertex.normal, looked);
         let normal = observer.local_normal(vertex.normal);
         per_area * self.direction_density(light, -observer.local_direction(looked), Some(normal)) / across
     }
