@@ -237,6 +237,20 @@ fn and_of_the_sky_and_through_a_prism() {
     agrees("prism", &prism);
 }
 
+/// However far the ground reaches, the sun comes to it through a small ball of glass as it does to a small ground.
+#[test]
+fn a_far_horizon_moves_no_light() {
+    let picture = |reach: f64| {
+        let ball = r#"AttributeBegin Material "dielectric" Translate 0 0.7 0 Shape "sphere" "float radius" 0.3 AttributeEnd"#;
+        let sun = r#"LightSource "distant" "spectrum L" 2 "point3 from" [0 1 0] "point3 to" [0 0 0]"#;
+        let text = floor(r#"LightTransport "path" "integer maxdepth" 4"#, &format!("{ball} {sun}"));
+        mean(&text.replace("fov\" 2", "fov\" 12").replace('8', &reach.to_string()).replace("LookAt 0 3 0", "LookAt 1 3 0"), 32)
+    };
+    let ((near, error), (far, of_far)) = (picture(8.0), picture(1e7));
+    assert!(near > 0.02, "light is there: {near}");
+    assert!((far / near - 1.0).abs() < 0.02 + 4.0 * error.hypot(of_far) / near, "{near} +- {error}, {far} +- {of_far}");
+}
+
 /// Photons are those of the wave, whoever follows them and whatever part of the samples is rendered.
 #[test]
 fn threads_and_parts_change_no_byte() {

@@ -7,7 +7,7 @@
 //! have brought `N d A |cos theta|` photons per solid angle (Liouville's theorem; [`source`]), and the weights of the two techniques are as `p` to
 //! that. Nothing is found that neither could find, and nothing twice, whatever bends the light in between.
 //!
-//! The disc is as wide as the light is dense there where caustics are, and gets smaller from wave to wave: its radius goes with the number of samples to the
+//! The disc is as wide as the light is dense there where caustics are, and about a pixel at least: a focus has many photons, and what is around it few. It gets smaller from wave to wave: its radius goes with the number of samples to the
 //! power of -1/6, so that error by noise and error by blur fall together (Knaus and Zwicker 2011). Pictures are not unbiased, but consistent.
 //!
 //! Each wave of samples has photons of its own, as many for each of its samples; they are a function of seed, scene and wave alone. Those that are
@@ -169,7 +169,8 @@ impl Caustics {
         }
         let neighbours = NEIGHBOURS * f64::from(scouts) / self.per_sample as f64;
         let photons: Vec<Photon> = landed.into_iter().map(|l| l.photon).collect();
-        let radius = radius_of(&photons, &counts, neighbours.round().max(1.0) as usize)?.min(seen?.resolution());
+        let [least, most] = seen?.radii(setting.pixels);
+        let radius = radius_of(&photons, &counts, neighbours.round().max(1.0) as usize)?.max(least).min(most);
         (radius > SMALLEST).then_some(Self { radius, ..self })
     }
 

@@ -2,6 +2,7 @@
 
 use super::spectrum::COUNT;
 use arrayvec::ArrayVec;
+use bhs_core::sampling::{mix64, unit_f32};
 use glam::{DVec3, IVec3, Vec3};
 
 /// Light that has come to a rough surface by way of specular ones.
@@ -27,6 +28,9 @@ pub struct Photon {
     pub is_single: bool,
 }
 
+/// Photons of a bucket that are kept, about: enough for noise of a few percent, and not more than a path has time for.
+const MOST_IN_BUCKET: f32 = 512.0;
+
 /// Photons in cells of a grid as wide as the disc around a point.
 pub struct PhotonMap {
     radius: f32,
@@ -38,22 +42,26 @@ pub struct PhotonMap {
 }
 
 impl PhotonMap {
-    /// The map of `photons` for discs of the given radius (scene units).
+    /// The map of `photons` for discs of the given radius (scene units). Where very many are, in a focus, some stand for all of them.
     pub fn new(photons: &[Photon], radius: f64) -> Self {
         let radius = radius as f32;
         let buckets = photons.len().next_power_of_two().max(16);
         let bucket = |p: &Photon| hash(cell(p.point, radius)) & (buckets - 1);
-        let mut starts = vec![0u32; buckets + 1];
-        photons.iter().for_each(|p| starts[bucket(p) + 1] += 1);
-        (0..buckets).for_each(|b| starts[b + 1] += starts[b]);
-        let mut next = starts.clone();
-        let mut order = vec![0u32; photons.len()];
+        let mut counts = vec![0u32; buckets];
+        photons.iter().for_each(|p| counts[bucket(p)] += 1);
+        let mut kept: Vec<(usize, Photon)> = Vec::with_capacity(photons.len());
         for (i, p) in photons.iter().enumerate() {
-            let place = &mut next[bucket(p)];
-            order[*place as usize] = i as u32;
-            *place += 1;
+            let share = (MOST_IN_BUCKET / counts[bucket(p)] as f32).min(1.0);
+            if unit_f32((mix64(i as u64) >> 32) as u32) < share {
+                kept.push((bucket(p), Photon { flux: p.flux.map(|f| f / share), ..*p }));
+            }
         }
-        let photons: Vec<Photon> = order.into_iter().map(|i| photons[i as usize]).collect();
+        // A stable sort: photons of a bucket stay in their order.
+        kept.sort_by_key(|(bucket, _)| *bucket);
+        let mut starts = vec![0u32; buckets + 1];
+        kept.iter().for_each(|(bucket, _)| starts[bucket + 1] += 1);
+        (0..buckets).for_each(|b| starts[b + 1] += starts[b]);
+        let photons: Vec<Photon> = kept.into_iter().map(|(_, photon)| photon).collect();
         let points = photons.iter().map(|p| p.point).collect();
         Self { radius, starts, photons, points }
     }
@@ -102,7 +110,6 @@ fn hash(cell: IVec3) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bhs_core::sampling::{mix64, unit_f32};
 
     #[test]
     fn it_finds_what_looking_at_all_finds() {
@@ -132,5 +139,11 @@ mod tests {
             }
         }
         PhotonMap::new(&[], 1.0).near(DVec3::ZERO, |_| panic!("there is none"));
+        // In a focus fewer bring the same light.
+        let focus: Vec<Photon> =
+            (0..100_000).map(|i| Photon { point: Vec3::splat(1e-4), flux: [1.0; COUNT], ..photon(i) }).collect();
+        let (mut count, mut light) = (0, 0.0);
+        PhotonMap::new(&focus, 0.1).near(DVec3::ZERO, |p| (count, light) = (count + 1, light + f64::from(p.flux[0])));
+        assert!((400..640).contains(&count) && (light / 1e5 - 1.0).abs() < 0.2, "{count} {light}");
     }
 }

@@ -57,9 +57,11 @@ impl Seen {
         self.counts.get(&self.cell_of(point)).map_or(UNSEEN, |n| f64::from(*n))
     }
 
-    /// A length below which nothing is told apart here (scene units).
-    pub fn resolution(&self) -> f64 {
-        self.cell
+    /// The least and the greatest radius of a disc in a picture of so many pixels (scene units): what is smaller than a pixel is not seen but for its noise, and
+    /// what is larger than a cell blurs all.
+    pub fn radii(&self, pixels: u64) -> [f64; 2] {
+        let pixel = self.cell * CELLS / (pixels as f64).sqrt();
+        [pixel.min(0.25 * self.cell), self.cell]
     }
 }
 

@@ -36,8 +36,8 @@ pub struct PhotonSource {
 struct Target {
     center: DVec3,
     radius: f64,
-    /// How far from its centre light begins.
-    distance: f64,
+    /// How far from it light begins; `None` where that is straight: just outside of the scene, for single precision of a long way is coarse.
+    distance: Option<f64>,
 }
 
 /// Light that leaves.
@@ -185,7 +185,12 @@ impl PhotonSource {
         let place = concentric_disk(square.as_vec2()).as_dvec2();
         let looked = at.point.point;
         let (s, t) = looked.any_orthonormal_pair();
-        let origin = center + looked * distance + (s * place.x + t * place.y) * radius;
+        let on_disc = center + (s * place.x + t * place.y) * radius;
+        let distance = match distance {
+            Some(distance) => distance,
+            None => scene.world.bounds.clip(on_disc, looked, f64::NEG_INFINITY, f64::INFINITY)?.1 + radius,
+        };
+        let origin = on_disc + looked * distance;
         let light = &scene.light_sampler.lights[light as usize];
         let area = PI * radius * radius;
         let (base, learned) = self.aims[at.index].density(square);
@@ -258,13 +263,13 @@ impl Target {
     fn of(scene: &Scene, specular: Aabb) -> Option<Self> {
         let around = |bounds: &Aabb| (bounds.center(), 0.5 * (bounds.max - bounds.min).length());
         if !scene.bends() {
-            let ((center, radius), (middle, whole)) = (around(&specular), around(&scene.world.bounds));
+            let (center, radius) = around(&specular);
             // A little more, for what rounding moves.
-            return Some(Self { center, radius: 1.001 * radius, distance: (center - middle).length() + 2.0 * whole });
+            return Some(Self { center, radius: 1.001 * radius, distance: None });
         }
         let (center, radius) = around(&scene.world.bounds);
         let Ball { center, radius } = scene.world.spacetime().aim(Ball { center, radius })?;
-        Some(Self { center, radius, distance: FAR * radius })
+        Some(Self { center, radius, distance: Some(FAR * radius) })
     }
 }
 
