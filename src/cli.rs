@@ -23,7 +23,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use values::{frames_per_second, layer_name, pixel, preview, resolution, seconds};
+use values::{frames_per_second, layer_name, noise, pixel, preview, resolution, seconds};
 
 /// A renderer for scenes with a black hole in them.
 #[derive(Debug, Parser)]
@@ -210,7 +210,11 @@ pub struct RenderArgs {
     /// End each picture after so many seconds of rendering, with the samples that it has then
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time: Option<Duration>,
-    /// Samples per pixel that --time leaves at least; 1 if not given
+    /// Sample each pixel until its noise is below T: the standard error of its luminance over that luminance, or over 2 % of the picture's mean
+    /// where that is more. 0.01 is a good picture. --spp is then the most that a pixel may take, and there is no limit if it is not given
+    #[arg(long, value_name = "T", value_parser = noise, conflicts_with_all = ["pixel", "sample"])]
+    pub noise: Option<f64>,
+    /// Samples per pixel that --time and --noise leave at least; 1 and 16 if not given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub min_spp: Option<u32>,
     /// Save the state of the render now and then, so that --resume can go on from it: beside the picture, as NAME.checkpoint, beside a part, as
@@ -351,8 +355,9 @@ pub struct TraceArgs {
 /// `bhs bench`
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// The scene; `-` reads standard input
-    pub scene: PathBuf,
+    /// The scenes, one after the other
+    #[arg(value_name = "SCENE", required = true)]
+    pub scenes: Vec<PathBuf>,
     /// Camera rays that integrators are measured on, and as many that bounce
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     pub rays: u32,
@@ -365,7 +370,7 @@ pub struct BenchArgs {
     /// Only one of the two
     #[arg(long, value_name = "integrators|transports", value_parser = ["integrators", "transports"])]
     pub only: Option<String>,
-    /// Folder for the tables (CSV) and charts (SVG); none are written without it
+    /// Folder for the tables (CSV) and charts (SVG), with one of its own in it for each scene if there are several; none are written without it
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
     /// Print JSON

@@ -2,11 +2,13 @@
 
 mod exact;
 mod layer_sums;
+mod noise;
 mod tile;
 mod values;
 
 pub use exact::ExactSums;
 pub use layer_sums::{numbers as layer_numbers, variance_at};
+pub use noise::PixelNoise;
 pub use tile::{Tile, TileProgress};
 pub use values::{SeenTile, TileValues};
 
@@ -20,8 +22,16 @@ use layer_sums::{mean, numbers, stride};
 use std::collections::TryReserveError;
 use std::sync::Mutex;
 
-/// Side of a tile (pixels).
-pub const TILE: u32 = 16;
+/// Sides that tiles may have (pixels).
+const SIDES: [u32; 3] = [16, 8, 4];
+/// Tiles that a picture has where it can: one thread at a time works on a tile.
+const TILES: u64 = 64;
+
+/// Side of the tiles of a picture of this width and height (pixels): small pictures have small tiles, so that there is work for all threads.
+pub fn tile_side([width, height]: [u32; 2]) -> u32 {
+    let tiles = |side: u32| u64::from(width.div_ceil(side)) * u64::from(height.div_ceil(side));
+    SIDES.into_iter().find(|side| tiles(*side) >= TILES).unwrap_or(SIDES[2])
+}
 
 /// All tiles of the part of the frame that is rendered.
 pub struct Framebuffer {
@@ -40,7 +50,8 @@ impl Framebuffer {
     pub fn bytes(film: &dyn Film, layers: &[NamedLayer]) -> [u64; 2] {
         let [width, height] = Self::size(film);
         let numbers = film.channels().len() + 1 + numbers(layers);
-        let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
+        let side = tile_side([width, height]);
+        let tiles = u64::from(width.div_ceil(side)) * u64::from(height.div_ceil(side));
         // A tile has three lists of sums, before each of which stands a word or two of the allocator's.
         let tile = size_of::<Mutex<Tile>>() + 3 * 2 * size_of::<usize>();
         [u64::from(width) * u64::from(height) * (numbers * ExactSums::BYTES) as u64, tiles * tile as u64]
@@ -74,10 +85,11 @@ impl Framebuffer {
         let layer_numbers = numbers(layers);
         let mut tiles = Vec::new();
         let [width, height] = Self::size(film);
-        tiles.try_reserve_exact((width.div_ceil(TILE) as usize).saturating_mul(height.div_ceil(TILE) as usize))?;
-        for y in (y0..y1).step_by(TILE as usize) {
-            for x in (x0..x1).step_by(TILE as usize) {
-                let size = [TILE.min(x1 - x), TILE.min(y1 - y)];
+        let side = tile_side([width, height]);
+        tiles.try_reserve_exact((width.div_ceil(side) as usize).saturating_mul(height.div_ceil(side) as usize))?;
+        for y in (y0..y1).step_by(side as usize) {
+            for x in (x0..x1).step_by(side as usize) {
+                let size = [side.min(x1 - x), side.min(y1 - y)];
                 tiles.push(Mutex::new(Tile::empty([x, y], size, [channels.len(), layer_numbers], first)?));
             }
         }
@@ -91,14 +103,20 @@ impl Framebuffer {
 
     /// The tile that has a pixel of the whole frame, which lies within what is rendered.
     pub fn tile_of(&self, [x, y]: [u32; 2]) -> &Mutex<Tile> {
-        let across = (self.crop[1] - self.crop[0]).div_ceil(TILE);
-        let (column, row) = ((x - self.crop[0]) / TILE, (y - self.crop[2]) / TILE);
+        let side = tile_side(self.size_of_picture());
+        let across = (self.crop[1] - self.crop[0]).div_ceil(side);
+        let (column, row) = ((x - self.crop[0]) / side, (y - self.crop[2]) / side);
         &self.tiles[row as usize * across as usize + column as usize]
     }
 
     /// The points of the sky, if it shows any.
     pub fn points(&self) -> Option<&PointPicture> {
         self.points.as_ref()
+    }
+
+    /// What is rendered of the frame: x0, x1, y0, y1 (pixels).
+    pub fn crop(&self) -> [u32; 4] {
+        self.crop
     }
 
     /// Number of channels.
@@ -122,6 +140,31 @@ impl Framebuffer {
         let progress = |tile: &Mutex<Tile>| tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner).progress;
         let counts = self.tiles.iter().map(progress).map(|p| [p.done, p.most()]);
         counts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
+    }
+
+    /// Has adaptive sampling look at all pixels, before there is any sample.
+    ///
+    /// # Errors
+    /// If there is not enough memory for it.
+    pub fn watching_noise(mut self) -> Result<Self, OutOfMemory> {
+        let bytes = self.pixel_count() * size_of::<PixelNoise>() as u64;
+        let tiles = &mut self.tiles;
+        let watched =
+            tiles.iter_mut().try_for_each(|tile| tile.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner).watch_noise());
+        watched.map(|()| self).map_err(|_| OutOfMemory::new("adaptive sampling", bytes))
+    }
+
+    /// Samples of the pixel with the fewest, and of the one with the most. Waits for threads that are at work on a tile.
+    pub fn pixel_samples(&self) -> [u32; 2] {
+        let of_tile = |tile: &Mutex<Tile>| {
+            let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let counts = tile.noise.iter().map(|noise| noise.samples);
+            counts
+                .map(|n| [n; 2])
+                .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+                .unwrap_or([tile.progress.done, tile.progress.most()])
+        };
+        self.tiles.iter().map(of_tile).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
     /// The picture as it stands, without the layers: every pixel the weighted mean of the samples that it has, none without any, and what points
@@ -209,7 +252,7 @@ impl Framebuffer {
     }
 
     /// Calls `f` with the index of every pixel in the picture, its tile, and its index there.
-    fn each_pixel(&self, mut f: impl FnMut(usize, &Tile, usize)) {
+    pub(crate) fn each_pixel(&self, mut f: impl FnMut(usize, &Tile, usize)) {
         let [x0, x1, y0, _] = self.crop;
         for tile in &self.tiles {
             let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -128,6 +128,10 @@ pub fn attributes(facts: &Facts, rendered: &Rendered) -> Vec<(String, Attribute)
     let look = &facts.look;
     look.words().iter().for_each(|(name, word)| all.text(&format!("bhs:{name}"), word));
     all.number("bhs:spp", f64::from(rendered.samples));
+    if let Some(noise) = rendered.noise {
+        all.number("bhs:meanSpp", rendered.frame.samples() as f64 / rendered.frame.pixel_count().max(1) as f64);
+        all.number("bhs:noise", noise.rms);
+    }
     all.number("bhs:firstSample", 0.0);
     all.number("bhs:lastSample", f64::from(rendered.most_samples.saturating_sub(1)));
     all.text("bhs:stopped", rendered.ended.name());
@@ -192,7 +196,7 @@ impl Attributes {
         let comments = format!(
             "bhs {}: {} samples a pixel by `{}` along `{}` in {:.1} s",
             env!("CARGO_PKG_VERSION"),
-            rendered.samples,
+            rendered.spp(),
             facts.transport,
             facts.integrator,
             rendered.seconds,

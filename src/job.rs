@@ -1,6 +1,7 @@
 //! What a render needs, and the rays of its camera.
 
 use crate::lang::BuiltScene;
+use crate::render::NoiseGoal;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::ray::Ray;
 use bhs_core::sampling::Sampler;
@@ -32,6 +33,8 @@ pub struct Job<'a> {
     pub sampler: &'a dyn Sampler,
     /// The method.
     pub transport: &'a dyn LightTransport,
+    /// When a pixel has samples enough, if not all get as many.
+    pub noise: Option<NoiseGoal>,
     /// The first sample of each pixel: not 0 in parts of pictures.
     pub first_sample: u32,
 }
@@ -48,6 +51,7 @@ impl<'a> Job<'a> {
             filter: &*built.filter,
             sampler: &*built.sampler,
             transport: &*built.transport,
+            noise: built.sampler.noise_target().map(|target| NoiseGoal { target, look: built.look }),
             first_sample: 0,
         }
     }

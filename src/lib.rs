@@ -49,3 +49,4 @@ pub mod sky_points;
 pub mod stats;
 pub mod trace;
 pub mod watch;
+pub mod wavelengths;

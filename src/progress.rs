@@ -8,6 +8,7 @@ mod tally;
 pub use form::ProgressForm;
 
 use crate::message;
+use bhs_core::sampling::MOST_SAMPLES;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 use std::sync::Arc;
@@ -115,8 +116,13 @@ impl Progress {
     pub fn wave(&self, done: u32, total: u32) {
         self.tally.wave(done, total);
         if let Shown::Bar(bar) = &self.shown {
-            bar.set_prefix(format!("{}{done}/{total} spp", self.tally.reached().name));
+            bar.set_prefix(format!("{}{} spp", self.tally.reached().name, of_total([done, total])));
         }
+    }
+
+    /// The picture under way is expected to have so many samples in the end, all pixels together.
+    pub fn expect(&self, samples: u64) {
+        self.tally.expect(samples);
     }
 
     /// A tile is done: so many samples, so many rays.
@@ -165,6 +171,11 @@ impl Drop for Lines {
     }
 }
 
+/// Samples that are done of those that are to be done, where that has an end.
+fn of_total([done, total]: [u32; 2]) -> String {
+    if total == MOST_SAMPLES { done.to_string() } else { format!("{done}/{total}") }
+}
+
 /// Where the bar is full.
 const FULL: u64 = 10_000;
 
@@ -201,7 +212,10 @@ fn tell(form: ProgressForm, reached: &Reached) {
         ProgressForm::Lines => {
             let left = remaining.map_or(String::new(), |left| format!(", {} left", short(left)));
             let gone = short(*elapsed);
-            crate::say!("progress: {percent:5.1} %, {name}{done}/{total} spp, {rate:.2} Mray/s, {gone} gone{left}");
+            crate::say!(
+                "progress: {percent:5.1} %, {name}{} spp, {rate:.2} Mray/s, {gone} gone{left}",
+                of_total([*done, *total])
+            );
         }
         ProgressForm::Json => message::event(
             "progress",
@@ -209,7 +223,7 @@ fn tell(form: ProgressForm, reached: &Reached) {
                 "percent": (10.0 * of_all).round() / 10.0,
                 "picture": name.trim_end_matches([',', ' ']),
                 "spp": done,
-                "total_spp": total,
+                "total_spp": (*total != MOST_SAMPLES).then_some(*total),
                 "elapsed": (1e3 * elapsed).round() / 1e3,
                 "remaining": remaining.map(|left| (1e3 * left).round() / 1e3),
                 "mray_per_second": (1e3 * rate).round() / 1e3,

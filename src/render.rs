@@ -4,14 +4,16 @@
 //! the order of samples, and parts of a picture add up to the whole. An interruption ends a wave between samples: the picture so far is
 //! whole, if noisier in places, and a render that is resumed goes on there.
 
+mod adaptive;
 mod coarse;
 mod state;
 pub(crate) mod waves;
 
 pub use crate::job::Job;
+pub use adaptive::{NoiseFound, NoiseGoal};
 pub use coarse::coarse;
 pub use state::{RenderState, Snapshot};
-pub use waves::{Limits, Wave};
+pub use waves::{JUDGED_FROM, Limits, Wave};
 
 use crate::film::{Framebuffer, Tile, TileProgress, variance_at};
 use crate::lang::BuiltScene;
@@ -22,6 +24,7 @@ use crate::progress::Progress;
 use crate::sample::CameraSample;
 use crate::signals::{Signals, StopSignal};
 use arrayvec::ArrayVec;
+use bhs_colour::LUMINANCE;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::VisibleWavelengths;
 use bhs_engine::stats::{Counters, PathLog};
@@ -58,10 +61,22 @@ pub struct Rendered {
     pub samples: u32,
     /// Samples that the pixel with the most has.
     pub most_samples: u32,
+    /// The noise that is left, where that decided how many samples pixels got.
+    pub noise: Option<NoiseFound>,
     /// Seconds of rendering, those before it was resumed included.
     pub seconds: f64,
     /// Why it ended.
     pub ended: Ended,
+}
+
+impl Rendered {
+    /// Samples of its pixels, as people read it: one number, or the least and the greatest.
+    pub fn spp(&self) -> String {
+        match self.noise {
+            Some(_) if self.most_samples > self.samples => format!("{} to {}", self.samples, self.most_samples),
+            _ => self.samples.to_string(),
+        }
+    }
 }
 
 /// Why a render has ended.
@@ -93,6 +108,7 @@ impl Ended {
 struct TileWork<'a> {
     job: &'a Job<'a>,
     layers: Option<&'a LayerCollector<'a>>,
+    wavelengths: &'a VisibleWavelengths,
     channels: usize,
     /// What random numbers depend on besides pixel and sample, for transports that learn.
     wave: u32,
@@ -105,21 +121,25 @@ impl TileWork<'_> {
         let Self { job, channels, .. } = *self;
         let mut log = PathLog::default();
         let mut not_finite = FirstSamples::default();
-        let [lo, hi] = job.film.lambda_range();
-        let wavelengths = VisibleWavelengths::new(lo, hi);
         let variance = variance_at(job.layers);
         let mut brought = vec![0.0; channels];
         let TileProgress { first, done, end, position } = tile.progress;
-        let samples = end.saturating_sub(done).max(1) as usize;
+        let samples = end.saturating_sub(done).max(1);
         // Pixel after pixel.
-        let all = tile.weights.len() * samples;
-        let mut rest = (position as usize..all).map(|at| (at / samples, done + (at % samples) as u32));
+        let pixels = tile.under_way(samples);
+        let samples = samples as usize;
+        let all = pixels.len() * samples;
+        let mut rest =
+            (position as usize..all).map(|at| (pixels[at / samples].0, pixels[at / samples].1 + (at % samples) as u32));
         let (mut seen, mut paths) = (ArrayVec::<CameraSample, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
+        if all == 0 {
+            tile.progress = TileProgress { first, done: end, end, position: 0 };
+        }
         while tile.progress.position > 0 || tile.progress.done < end {
             for (i, index) in rest.by_ref().take(BATCH) {
                 let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
                 let stream = SampleStream::of_wave(job.sampler, pixel, index, self.wave);
-                let (sample, path) = CameraSample::new(job, &wavelengths, SampleId { pixel, sample: index }, stream);
+                let (sample, path) = CameraSample::new(job, self.wavelengths, SampleId { pixel, sample: index }, stream);
                 seen.push(sample);
                 paths.push(path);
             }
@@ -132,7 +152,11 @@ impl TileWork<'_> {
                 }
                 // Each sample by itself, so that its numbers do not depend on those before it.
                 brought.fill(0.0);
-                match seen.add(job, path, &mut brought, &mut log) {
+                let weight = seen.add(job, path, &mut brought, &mut log);
+                if let Some(noise) = tile.noise.get_mut(pixel) {
+                    noise.add(weight.map(|weight| [luminance(&brought), weight]));
+                }
+                match weight {
                     Some(weight) => {
                         tile.add_color(pixel, &brought, weight);
                         if let Some(at) = variance.filter(|_| weight != 0.0) {
@@ -161,6 +185,11 @@ impl TileWork<'_> {
 struct Counted {
     counters: Counters,
     not_finite: FirstSamples,
+}
+
+/// The luminance of what a sample brought.
+fn luminance(sums: &[f64]) -> f64 {
+    LUMINANCE.iter().zip(color(sums)).map(|(weight, c)| weight * c).sum()
 }
 
 /// Red, green and blue, with which all films begin.

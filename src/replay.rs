@@ -4,6 +4,7 @@ use crate::lang::{BuiltScene, Label, Labels, SourceMap};
 use crate::not_finite::SampleId;
 use crate::render::{Job, Wave};
 use crate::sample::CameraSample;
+use crate::wavelengths;
 use bhs_core::ray::{Arrival, Ray, RayEnd, SurfaceHit};
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths, VisibleWavelengths};
@@ -37,6 +38,7 @@ pub struct Replayed {
 pub struct Replay<'a> {
     job: Job<'a>,
     setting: RenderSetting<'a>,
+    wavelengths: VisibleWavelengths,
     /// The transport's memory, if it has one, and the wave that it has been told of.
     memory: Option<(Box<dyn LightTransport>, Option<Wave>)>,
 }
@@ -46,7 +48,7 @@ impl<'a> Replay<'a> {
     pub fn new(job: Job<'a>) -> Self {
         let setting = job.setting();
         let memory = job.transport.for_render(&setting).map(|own| (own, None));
-        Self { job, setting, memory }
+        Self { job, setting, wavelengths: wavelengths::drawn(&job), memory }
     }
 
     /// Follows sample `id` as a render does; samples of one wave after the other are followed fastest.
@@ -58,17 +60,16 @@ impl<'a> Replay<'a> {
             memory.begin_wave(&self.setting, wave.samples());
         }
         let transport = self.memory.as_ref().map_or(self.job.transport, |(own, _)| &**own);
-        follow(&Job { transport, ..self.job }, id)
+        follow(&Job { transport, ..self.job }, &self.wavelengths, id)
     }
 }
 
 /// Follows sample `id` of `job`, whose transport is ready for its wave.
-fn follow(job: &Job, id: SampleId) -> Replayed {
+fn follow(job: &Job, wavelengths: &VisibleWavelengths, id: SampleId) -> Replayed {
     // What learns uses other numbers in each wave.
     let wave = if job.transport.learns() { Wave::of(id.sample).0 } else { 0 };
-    let [lo, hi] = job.film.lambda_range();
     let stream = SampleStream::of_wave(job.sampler, id.pixel, id.sample, wave);
-    let (sample, mut path) = CameraSample::new(job, &VisibleWavelengths::new(lo, hi), id, stream);
+    let (sample, mut path) = CameraSample::new(job, wavelengths, id, stream);
     let mut log = PathLog { path: Some(Vec::new()), ..PathLog::default() };
     job.transport.follow_all(job.scene, std::slice::from_mut(&mut path), &mut log);
     let events = log.path.take().unwrap_or_default();

@@ -54,6 +54,7 @@ fn kinds() -> Vec<(&'static str, BuiltScene)> {
         ("stars", scene(&format!("{rgb} {LAYERS}"), SOBOL, "").replace("WorldBegin", stars)),
         ("layers", scene(&format!("{rgb} {LAYERS}"), SOBOL, "")),
         ("spectral film", scene(&spectral, r#""independent" "integer pixelsamples" 40"#, "")),
+        ("adaptive", scene(&format!("{rgb} {LAYERS}"), r#""sobol" "float noise" 0.1 "integer pixelsamples" 200"#, "")),
         ("guiding", scene(&rgb, SOBOL, "\"bool guiding\" true")),
         ("stratified", scene(&rgb, stratified, "")),
     ]

@@ -5,6 +5,7 @@
 
 mod common;
 
+mod adaptive;
 mod allocations;
 mod animation;
 mod black;
@@ -75,6 +76,7 @@ mod variables;
 mod visible_surface;
 mod watch;
 mod watertight;
+mod wavelengths;
 
 /// Names of the Rust files in a folder of the project, without `.rs`.
 fn rust_files(folder: &str) -> Vec<String> {

@@ -203,7 +203,7 @@ fn saved() -> &'static (BuiltScene, Sections) {
         let made = lang::load_text("saved.bhs", text, registry(), &overrides(), &mut SourceMap::new());
         let built = made.unwrap_or_else(|found| panic!("{found:?}"));
         let state = RenderState::new(Job::of(&built)).expect("there is memory");
-        state.run(&Limits { most: 8, least: 8, time: None }, &Progress::hidden(), &Signals::default());
+        state.run(&Limits { most: 8, least: 8, ..Limits::of(&*built.sampler) }, &Progress::hidden(), &Signals::default());
         let mut file = Vec::new();
         checkpoint::write(&mut file, &Identity::of(&built), &state).expect("memory does not fail");
         let mut parts = Vec::new();

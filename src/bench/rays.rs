@@ -1,6 +1,6 @@
 //! A scene's own rays, and how far from the truth an integrator follows them.
 
-use crate::film::TILE;
+use crate::film::tile_side;
 use crate::lang::BuiltScene;
 use crate::render::Job;
 use bhs_core::ray::{Arrival, Ray, RayEnd};
@@ -36,12 +36,12 @@ pub fn truth(world: &World) -> Exact {
 /// `count` camera rays through random places of the picture, in the order in which a render follows such: tile by tile, row by row.
 pub fn camera_rays(built: &BuiltScene, count: usize) -> Vec<Ray> {
     let [width, height] = built.film.resolution().map(f64::from);
-    let job = Job::of(built);
+    let (job, side) = (Job::of(built), tile_side(built.film.resolution()));
     let ray = |i: usize| {
         let mut stream = SampleStream::new(&*built.sampler, [0, 0], i as u32);
         let at = stream.next_2d().as_dvec2() * DVec2::new(width, height);
         let [x, y] = at.to_array().map(|c| c as u32);
-        let place = (y / TILE, x / TILE, y, x);
+        let place = (y / side, x / side, y, x);
         (place, job.camera_ray(at, stream.next_2d()).0)
     };
     let mut rays: Vec<_> = (0..count).map(ray).collect();

@@ -1,9 +1,10 @@
 //! Light transports on a scene: seconds against noise.
 
 use super::clock::{median, processor_seconds};
+use super::equal_error::cost_at;
 use super::rays::MOST_STEPS;
 use super::table::Table;
-use super::{Measured, Tradeoff, pareto_front, series};
+use super::{Measured, Summary, Tradeoff, pareto_front, series};
 use crate::compare::compare;
 use crate::image::Picture;
 use crate::lang::{self, BuiltScene, Overrides};
@@ -53,15 +54,40 @@ struct Method {
     transport: &'static str,
     integrator: Option<&'static str>,
     connected: bool,
+    /// Switches of the light transport.
+    switches: &'static [(&'static str, bool)],
+    /// Whether pixels get as many samples each, or as many as the same noise takes.
+    adaptive: bool,
 }
 
-/// The seed's method first: what everything else is measured against.
-const METHODS: [Method; 4] = [
-    Method { name: "hemisphere, micro-steps (paper)", transport: "hemisphere", integrator: Some(BASELINE), connected: true },
-    Method { name: "hemisphere", transport: "hemisphere", integrator: None, connected: true },
-    Method { name: "path, no light sampling", transport: "path", integrator: None, connected: false },
-    Method { name: "path", transport: "path", integrator: None, connected: true },
+impl Method {
+    const fn new(name: &'static str, transport: &'static str) -> Self {
+        Self { name, transport, integrator: None, connected: true, switches: &[], adaptive: false }
+    }
+}
+
+/// The method that references are made with, and whose error says what others are to reach.
+const BEST: usize = 3;
+
+/// The seed's method first: what everything else is measured against. The others are `path` as scenes have it, without one thing or with one more.
+const METHODS: [Method; 7] = [
+    Method { integrator: Some(BASELINE), ..Method::new("hemisphere, micro-steps (paper)", "hemisphere") },
+    Method::new("hemisphere", "hemisphere"),
+    Method { connected: false, ..Method::new("path, no light sampling", "path") },
+    Method::new("path", "path"),
+    Method { switches: &[("caustics", false)], ..Method::new("path, no caustics", "path") },
+    Method { switches: &[("guiding", true)], ..Method::new("path, guiding", "path") },
+    Method { adaptive: true, ..Method::new("path, adaptive", "path") },
 ];
+
+/// When a picture is done.
+#[derive(Clone, Copy)]
+enum Amount {
+    /// With so many samples of each pixel.
+    Samples(u32),
+    /// With so little noise in each pixel.
+    Noise(f64),
+}
 
 fn picture(built: &BuiltScene) -> Result<(Picture, f64), OutOfMemory> {
     let start = processor_seconds();
@@ -82,6 +108,7 @@ impl<F: Fn(&Overrides) -> Result<lang::Method>> Studio<F> {
         Overrides {
             transport: Some(method.transport.to_owned()),
             integrator: method.integrator.filter(|_| self.curved).map(str::to_owned),
+            switches: method.switches.to_vec(),
             ..Default::default()
         }
     }
@@ -102,8 +129,12 @@ impl<F: Fn(&Overrides) -> Result<lang::Method>> Studio<F> {
     }
 
     /// The picture by `ready`, which is put back, and its seconds.
-    fn picture(&mut self, ready: &mut lang::Method, samples: u32, seed: u64) -> Result<(Picture, f64)> {
-        let numbers = (self.make)(&Overrides { spp: Some(samples), seed: Some(seed), ..Default::default() })?;
+    fn picture(&mut self, ready: &mut lang::Method, amount: Amount, seed: u64) -> Result<(Picture, f64)> {
+        let (spp, noise) = match amount {
+            Amount::Samples(samples) => (Some(samples), None),
+            Amount::Noise(noise) => (None, Some(noise)),
+        };
+        let numbers = (self.make)(&Overrides { spp, noise, seed: Some(seed), ..Default::default() })?;
         self.built.sampler = numbers.sampler;
         self.swap(ready);
         let done = picture(&self.built);
@@ -125,16 +156,20 @@ pub fn measure(built: BuiltScene, make: impl Fn(&Overrides) -> Result<lang::Meth
     let curved = built.scene.world.bends();
     let mut studio = Studio { built, make, curved };
     let mut ready = METHODS.iter().map(|m| studio.ready(m)).collect::<Result<Vec<_>>>()?;
-    let best = METHODS.len() - 1;
-    let (reference, _) = studio.picture(&mut ready[best], SAMPLES[SAMPLES.len() - 1] * REFERENCE, 1_000_003)?;
+    let most = Amount::Samples(SAMPLES[SAMPLES.len() - 1] * REFERENCE);
+    let (reference, _) = studio.picture(&mut ready[BEST], most, 1_000_003)?;
 
     let mut points = Vec::new();
     let mut rows = Vec::new();
     for samples in SAMPLES {
         let mut found = vec![(Vec::new(), Vec::new()); METHODS.len()];
+        // The noise that so many samples of each pixel leave is what the adaptive method is to reach.
+        let (first, _) = studio.picture(&mut ready[BEST], Amount::Samples(samples), 1_000_005)?;
+        let noise = compare(&first, &reference)?.relative_mse.sqrt().clamp(1e-4, 1.0);
         for seed in 0..u64::from(rounds) {
-            for (ready, (seconds, errors)) in ready.iter_mut().zip(&mut found) {
-                let (picture, time) = studio.picture(ready, samples, seed)?;
+            for ((ready, method), (seconds, errors)) in ready.iter_mut().zip(&METHODS).zip(&mut found) {
+                let amount = if method.adaptive { Amount::Noise(noise) } else { Amount::Samples(samples) };
+                let (picture, time) = studio.picture(ready, amount, seed)?;
                 seconds.push(time);
                 errors.push(compare(&picture, &reference)?.relative_mse);
             }
@@ -146,7 +181,8 @@ pub fn measure(built: BuiltScene, make: impl Fn(&Overrides) -> Result<lang::Meth
             rows.push((method.name, samples, seconds, error, seconds * error));
         }
     }
-    let columns = ["method", "samples", "seconds", "relative MSE", "relative MSE x seconds", "times the baseline", "Pareto"];
+    let columns =
+        ["method", "samples of `path`", "seconds", "relative MSE", "relative MSE x seconds", "times the baseline", "Pareto"];
     let mut table = Table::new(&columns);
     for ((name, samples, seconds, error, cost), front) in rows.iter().zip(pareto_front(&points)) {
         let baseline = rows.iter().find(|r| r.0 == METHODS[0].name && r.1 == *samples).map_or(f64::NAN, |r| r.4);
@@ -166,5 +202,26 @@ pub fn measure(built: BuiltScene, make: impl Fn(&Overrides) -> Result<lang::Meth
         y: "relative mean square error".into(),
         series: series(&points),
     };
-    Ok(Measured { name: "transports", table, chart, summary: None })
+    let summary = Some(Summary { title: "at equal error".into(), table: at_equal_error(&points) });
+    Ok(Measured { name: "transports", table, chart, summary })
+}
+
+/// The seconds that each method takes to the errors that `path` has with each number of samples, and how many times those of `path` that is.
+fn at_equal_error(points: &[Tradeoff]) -> Table {
+    let of = |name: &str| points.iter().filter(|p| p.line == name).map(|p| (p.error, p.cost)).collect::<Vec<_>>();
+    let best = of(METHODS[BEST].name);
+    let columns = best.iter().flat_map(|(error, _)| [format!("s to {error:.1e}"), format!("times `path` to {error:.1e}")]);
+    let columns: Vec<String> = std::iter::once("method".to_owned()).chain(columns).collect();
+    let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
+    for method in &METHODS {
+        let own = of(method.name);
+        let mut row = vec![method.name.to_owned()];
+        for (error, of_best) in &best {
+            let cost = cost_at(&own, *error);
+            let shown = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.2}"));
+            row.extend([shown(cost), shown(cost.map(|cost| cost / of_best))]);
+        }
+        table.row(&row);
+    }
+    table
 }

@@ -22,6 +22,7 @@ const PARTS: &[(&str, &str)] = &[
     ("wavelengths", "film wavelengths"),
     ("first_sample", "first sample"),
     ("kind", "kind of render"),
+    ("adaptive", "kind of sampling (`noise`)"),
 ];
 
 impl Identity {
@@ -52,6 +53,7 @@ impl Identity {
             "wavelengths": film.lambda_range(),
             "first_sample": first_sample,
             "kind": kind,
+            "adaptive": kind == "picture" && built.sampler.noise_target().is_some(),
             "samples": built.sampler.samples_per_pixel(),
         }))
     }

@@ -13,6 +13,14 @@ pub(super) fn preview(text: &str) -> Result<PathBuf, String> {
     Format::of(Path::new(text)).map(|_| text.into())
 }
 
+/// A noise that pixels may have.
+pub(super) fn noise(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(noise) if noise > 0.0 && noise <= 1.0 => Ok(noise),
+        _ => Err("expected a number above 0 and up to 1, such as 0.01".to_owned()),
+    }
+}
+
 /// A time in seconds.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse::<f64>().ok().filter(|s| *s >= 0.0);

@@ -15,6 +15,7 @@ use crate::say;
 use crate::signals::StopSignal;
 use crate::stats::Phases;
 use anyhow::{Result, bail};
+use bhs_core::sampling::MOST_SAMPLES;
 use std::io::Write;
 
 /// How the names of parts end.
@@ -31,6 +32,9 @@ pub(super) fn cover(args: &RenderArgs, built: &BuiltScene) -> Result<Option<Cove
             built.transport_name
         ));
     }
+    if args.parts.is_given() && built.sampler.noise_target().is_some() && built.sampler.samples_per_pixel() == MOST_SAMPLES {
+        return Err("pixels of parts all have as many samples, whatever the sampler's `noise`; --spp says how many".to_owned());
+    }
     args.parts.cover(&*built.film, built.sampler.samples_per_pixel(), args.picture.crop)
 }
 
@@ -41,7 +45,7 @@ pub(super) fn unfit(args: &RenderArgs) -> Option<String> {
     }
     let flags = [
         ("--time", args.time.is_some(), "gives pixels as many samples as there is time for, and does not split into parts"),
-        ("--min-spp", args.min_spp.is_some(), "belongs to --time, which does not split into parts"),
+        ("--min-spp", args.min_spp.is_some(), "belongs to --time and --noise, which do not split into parts"),
         ("--write-partial", args.write_partial, "writes pictures, and a part is none; --checkpoint keeps what there is of it"),
         (
             "--layer",

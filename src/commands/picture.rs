@@ -17,12 +17,13 @@ use crate::not_finite::{self, SampleId};
 use crate::output::{Kept, Rescue};
 use crate::parts::{Cover, Windowed};
 use crate::progress::Progress;
-use crate::render::{Ended, Job, Limits, RenderState, Rendered};
+use crate::render::{Ended, JUDGED_FROM, Job, Limits, RenderState, Rendered};
 use crate::say;
 use crate::signals::Signals;
 use crate::stats::Phases;
 use anyhow::Result;
 use bhs_core::camera::Film;
+use bhs_core::sampling::MOST_SAMPLES;
 use serde_json::json;
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -89,8 +90,16 @@ impl Session<'_> {
         let windowed = part.map(|cover| Windowed::new(&*built.film, cover.window));
         let film: &dyn Film = windowed.as_ref().map_or(&*built.film, |windowed| windowed);
         let first_sample = part.map_or(0, |cover| cover.samples[0]);
-        let limits = Limits { most, least: args.min_spp.unwrap_or(1).min(most), time: args.time };
-        let new = || pool.install(|| RenderState::new(Job { film, first_sample, ..Job::of(built) }));
+        let limits = Limits {
+            most,
+            least: args.min_spp.unwrap_or(1).min(most),
+            judged_from: args.min_spp.unwrap_or(JUDGED_FROM),
+            time: args.time,
+        };
+        let whole = Job::of(built);
+        // Which pixels need more samples shows in all of them only.
+        let noise = whole.noise.filter(|_| part.is_none());
+        let new = || pool.install(|| RenderState::new(Job { film, first_sample, noise, ..whole }));
         let state = match checkpoint.filter(|_| args.resume) {
             None => new()?,
             Some(file) => {
@@ -215,6 +224,7 @@ impl Session<'_> {
             "output": path.to_string_lossy(),
             "camera": built.camera_name,
             "spp": rendered.samples,
+            "most_spp": rendered.most_samples,
             "seconds": rendered.seconds,
             "stopped": rendered.ended.name(),
             "in_place": in_place,
@@ -268,11 +278,13 @@ impl Session<'_> {
         if more > most {
             say!("warning: some pixels have {more} samples in it, more than the {most} that are asked for, and keep them");
         }
+        // Pixels that have no more noise than they may have are found out when the next wave begins.
         let finished = samples >= most;
         if !quiet {
             let shown = path.display();
             match finished {
                 true => say!("`{shown}` is finished: every pixel has {samples} samples, and {most} are asked for"),
+                false if most == MOST_SAMPLES => say!("going on from `{shown}`"),
                 false => say!("going on from `{shown}`: every pixel has {samples} samples of {most}"),
             }
         }

@@ -65,6 +65,8 @@ pub(super) fn render_one(
         crop: args.picture.crop.filter(|_| !args.parts.is_given()),
         layers: layers(args),
         look: args.look.changes(),
+        // Parts know nothing of the noise of the whole.
+        noise: args.noise.filter(|_| !args.parts.is_given()),
         quick: args.quick,
         ..overrides(&args.scene_args, &args.picture)
     };
@@ -74,6 +76,9 @@ pub(super) fn render_one(
     if let Some(why) = part::unfit(args) {
         say!("error: {why}");
         return Ok(ExitStatus::CommandLine);
+    }
+    if args.parts.is_given() && args.noise.is_some() {
+        say!("note: --noise is for whole pictures: all pixels of a part have as many samples as `pixelsamples` or --spp says");
     }
     let too_large = if args.parts.is_given() { TooLarge::Ignore } else { TooLarge::Refuse };
     let overrides = Overrides { too_large, ..overrides };
@@ -201,6 +206,9 @@ pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phase
         "camera": built.camera_name,
         "variables": serde_json::Map::from_iter(built.variables.iter().map(|(name, value)| (name.clone(), json!(value)))),
         "samples_per_pixel": rendered.samples,
+        "most_samples_per_pixel": rendered.most_samples,
+        "mean_samples_per_pixel": rendered.frame.samples() as f64 / rendered.frame.pixel_count().max(1) as f64,
+        "noise": rendered.noise.map(|found| json!({ "rms": found.rms, "pixels_above": found.above })),
         "interrupted": matches!(rendered.ended, Ended::Stopped(_)),
         "stopped": rendered.ended.name(),
         "seconds": phases.to_json(),
@@ -225,15 +233,15 @@ pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
     let (c, seconds) = (&rendered.counters, rendered.seconds);
     let rays = c.geodesics as f64 / seconds.max(1e-9) / 1e6;
     let queries = c.queries as f64 / c.geodesics.max(1) as f64;
+    let spp = rendered.spp();
     let state = match rendered.ended {
         Ended::Stopped(_) => "interrupted; ",
         Ended::TimeOver => "time is over; ",
         Ended::Complete | Ended::Underway => "",
     };
     say!(
-        "{state}{} and .png: {} spp in {seconds:.1} s ({rays:.2} Mray/s, {queries:.1} queries a ray), {:.1} s in all",
+        "{state}{} and .png: {spp} spp in {seconds:.1} s ({rays:.2} Mray/s, {queries:.1} queries a ray), {:.1} s in all",
         path.display(),
-        rendered.samples,
         phases.total()
     );
     let missed = missed_connections(c);

@@ -1,7 +1,7 @@
 //! The tiles of a frame that have changed, as viewers take them: side by side in one piece.
 
 use super::packet::Pixels;
-use crate::film::{Framebuffer, SeenTile, TILE, TileValues};
+use crate::film::{Framebuffer, SeenTile, TileValues, tile_side};
 
 impl Framebuffer {
     /// Calls `send` with the pixels of all tiles that have more samples than have been `seen`, which is brought up to date. Neighbours in a
@@ -10,7 +10,8 @@ impl Framebuffer {
     /// # Errors
     /// The first of `send`.
     pub(super) fn changed<E>(&self, seen: &mut [SeenTile], mut send: impl FnMut(Pixels) -> Result<(), E>) -> Result<(), E> {
-        let in_row = self.size_of_picture()[0].div_ceil(TILE).max(1) as usize;
+        let size = self.size_of_picture();
+        let in_row = size[0].div_ceil(tile_side(size)).max(1) as usize;
         let mut run: Vec<TileValues> = Vec::new();
         for (number, seen) in seen.iter_mut().enumerate() {
             let tile = self.news_of(number, seen);

@@ -15,7 +15,7 @@ pub(super) const VARIANCE_NUMBERS: usize = 7;
 pub(super) fn stride(layer: &LayerFormat) -> usize {
     match layer.statistic {
         Statistic::ColorVariance => VARIANCE_NUMBERS,
-        Statistic::Mean | Statistic::MeanDirection => layer.channels.len() + 1,
+        Statistic::Mean | Statistic::MeanDirection | Statistic::Sum => layer.channels.len() + 1,
     }
 }
 
@@ -45,6 +45,7 @@ pub(super) fn mean(layer: &LayerFormat, sums: &ExactSums, at: usize) -> Option<V
     if weight == 0.0 {
         return None;
     }
+    let weight = if layer.statistic == Statistic::Sum { 1.0 } else { weight };
     let mean: Value = std::array::from_fn(|c| if c < channels { sums.value(at + c) / weight } else { 0.0 });
     // As in pbrt-v4; opposite normals may cancel.
     Some(if layer.statistic == Statistic::MeanDirection { DVec3::from_array(mean).normalize_or_zero().to_array() } else { mean })

@@ -2,8 +2,9 @@
 
 use super::exact::ExactSums;
 use super::layer_sums::{VARIANCE_NUMBERS, add_color, stride};
+use super::noise::PixelNoise;
 use crate::render::waves::Wave;
-use bhs_engine::layer::{NamedLayer, Value};
+use bhs_engine::layer::{NamedLayer, Statistic, Value};
 use std::collections::TryReserveError;
 
 /// A rectangle of pixels.
@@ -19,6 +20,8 @@ pub struct Tile {
     /// For each pixel and each layer: the sums of the layer's channels, then of the weights of the samples that have a value.
     /// Empty, without memory, in a film that has no layers.
     pub layers: ExactSums,
+    /// What adaptive sampling knows of each pixel. Empty, without memory, where all pixels get as many samples.
+    pub noise: Vec<PixelNoise>,
     /// How far it has come.
     pub progress: TileProgress,
     /// Number of the last snapshot of the render that has this tile.
@@ -42,6 +45,11 @@ impl TileProgress {
     /// Nothing yet of samples from the given one on.
     pub fn from(first: u32) -> Self {
         Self { first, done: first, end: first, position: 0 }
+    }
+
+    /// Whether all samples before the given one are done, and none from it on.
+    pub fn is_at(self, sample: u32) -> bool {
+        self.done == sample && self.position == 0
     }
 
     /// Whether there is any sample.
@@ -68,9 +76,28 @@ impl Tile {
             sums: ExactSums::new(pixels * channels)?,
             weights: ExactSums::new(pixels)?,
             layers: ExactSums::new(pixels * layers)?,
+            noise: Vec::new(),
             progress: TileProgress::from(first),
             snapshot: 0,
         })
+    }
+
+    /// Has adaptive sampling look at its pixels, before it has any sample.
+    ///
+    /// # Errors
+    /// If there is not enough memory for it.
+    pub fn watch_noise(&mut self) -> Result<(), TryReserveError> {
+        self.noise.try_reserve_exact(self.weights.len())?;
+        self.noise.resize(self.weights.len(), PixelNoise::beginning());
+        Ok(())
+    }
+
+    /// The pixels that take part in the range under way, of so many samples, each with the number of its first sample in it.
+    pub fn under_way(&self, samples: u32) -> Vec<(usize, u32)> {
+        if self.noise.is_empty() {
+            return (0..self.weights.len()).map(|i| (i, self.progress.done)).collect();
+        }
+        scheduled(&self.noise, self.progress.position, samples).unwrap_or_default()
     }
 
     /// The number here of a pixel of the whole frame that lies within.
@@ -101,6 +128,7 @@ impl Tile {
         for (layer, value) in layers.iter().zip(values) {
             let numbers = stride(&layer.format);
             if let Some(value) = value {
+                let weight = if layer.format.statistic == Statistic::Sum { 1.0 } else { weight };
                 for (c, value) in value.iter().take(numbers - 1).enumerate() {
                     self.layers.add(at + c, weight * value);
                 }
@@ -126,6 +154,9 @@ impl Tile {
     /// Samples so far, those of all pixels together.
     pub fn samples(&self) -> u64 {
         let TileProgress { first, done, position, .. } = self.progress;
+        if !self.noise.is_empty() {
+            return self.noise.iter().map(|noise| u64::from(noise.samples)).sum();
+        }
         u64::from(done - first) * self.weights.len() as u64 + u64::from(position)
     }
 
@@ -139,6 +170,7 @@ impl Tile {
         let mut bytes = Vec::with_capacity(24 + 8 * numbers);
         [done, end, position].iter().for_each(|n| bytes.extend_from_slice(&n.to_le_bytes()));
         [&self.sums, &self.weights, &self.layers].iter().for_each(|sums| sums.write_to(&mut bytes));
+        self.noise.iter().for_each(|noise| noise.write_to(&mut bytes));
         bytes
     }
 
@@ -149,16 +181,22 @@ impl Tile {
         let first = self.progress.first;
         // A range under way is part of a wave, and has samples that are not done yet.
         let is_of_wave = end <= done || Wave::of(done) == Wave::of(end - 1);
-        let range = u64::from(end.saturating_sub(done)) * self.weights.len() as u64;
-        if done < first || !is_of_wave || (position > 0 && u64::from(position) >= range) {
+        if done < first || !is_of_wave {
             return None;
         }
         let [sums, weights, layers] = [&self.sums, &self.weights, &self.layers].map(|own| own.read_like(&mut numbers));
         let (sums, weights, layers) = (sums?, weights?, layers?);
-        if !numbers.is_empty() {
+        let (noise, rest) = numbers.as_chunks::<{ PixelNoise::BYTES }>();
+        if noise.len() != self.noise.len() || !rest.is_empty() {
             return None;
         }
-        *self = Self { sums, weights, layers, progress: TileProgress { first, done, end, position }, ..*self };
+        let noise = noise.iter().map(PixelNoise::read).collect::<Option<Vec<_>>>()?;
+        let range = end.saturating_sub(done);
+        let pixels = if noise.is_empty() { self.weights.len() } else { scheduled(&noise, position, range)?.len() };
+        if position > 0 && u64::from(position) >= u64::from(range) * pixels as u64 {
+            return None;
+        }
+        *self = Self { sums, weights, layers, noise, progress: TileProgress { first, done, end, position }, ..*self };
         Some(())
     }
 
@@ -173,4 +211,17 @@ impl Tile {
         each(&mut self.weights, &other.weights);
         each(&mut self.layers, &other.layers);
     }
+}
+
+/// The pixels under way in a range of so many samples, each with the number of its first sample in it, where so many samples of the range are done,
+/// pixel after pixel; `None` if a pixel has less.
+fn scheduled(noise: &[PixelNoise], mut position: u32, samples: u32) -> Option<Vec<(usize, u32)>> {
+    let under_way = (0..).zip(noise).filter(|(_, noise)| noise.under_way);
+    under_way
+        .map(|(i, noise)| {
+            let done = position.min(samples);
+            position -= done;
+            Some((i, noise.samples.checked_sub(done)?))
+        })
+        .collect()
 }

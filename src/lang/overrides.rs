@@ -36,6 +36,10 @@ pub struct Overrides {
     pub intersector: Option<String>,
     /// Samples a pixel.
     pub spp: Option<u32>,
+    /// The noise with which a pixel has samples enough; how many the scene asks for does not count then.
+    pub noise: Option<f64>,
+    /// Switches of the light transport, by the names of their parameters, as far as it has these.
+    pub switches: Vec<(&'static str, bool)>,
     /// Seed.
     pub seed: Option<u64>,
     /// Width and height (pixels).
@@ -188,6 +192,7 @@ impl Settings {
             quick,
         };
         overrides.change_parameters(&mut settings, &mut flags);
+        overrides.set_switches(&mut settings.transport, registry);
         flags.finish(sources, "<command line>");
         defaults.finish(sources, "<defaults>");
         settings
@@ -265,9 +270,23 @@ impl Overrides {
             let values = Values::Strings(vec![Spanned::new(path.clone(), span)]);
             set(film, parameter(ParamType::String, "filename", values, span));
         }
+        if let Some(noise) = self.noise {
+            let span = flags.flag("--noise", &noise.to_string());
+            let params = &mut to.sampler.params;
+            params.retain(|p| p.name.value != "pixelsamples");
+            set(params, parameter(ParamType::Float, "noise", Values::Numbers { values: vec![noise], whole: false }, span));
+        }
         if let Some(spp) = self.spp {
             let span = flags.flag("--spp", &spp.to_string());
             set_integer(&mut to.sampler.params, "pixelsamples", spp, span);
+        }
+    }
+
+    /// Sets what only programs switch: nothing on the command line stands for it.
+    fn set_switches(&self, transport: &mut Entity, registry: &Registry) {
+        let known = registry.parameters::<dyn LightTransport>(&transport.name.value);
+        for (name, is_on) in self.switches.iter().filter(|(name, _)| known.iter().any(|k| k.name == *name)) {
+            set(&mut transport.params, parameter(ParamType::Bool, name, Values::Bools(vec![*is_on]), transport.span));
         }
     }
 

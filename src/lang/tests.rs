@@ -247,6 +247,8 @@ fn flags_win_over_the_scene() {
         transport: Some("hemisphere".into()),
         intersector: Some("reference".into()),
         spp: Some(5),
+        noise: Some(0.25),
+        switches: vec![],
         seed: Some(u64::MAX),
         resolution: Some([30, 20]),
         crop: Some([0.5, 1.0, 0.0, 0.5]),
@@ -262,6 +264,9 @@ fn flags_win_over_the_scene() {
     assert_eq!((scene.film.resolution(), scene.film.crop(), scene.film.filename()), ([30, 20], [15, 30, 0, 10], "x.exr"));
     assert_eq!(scene.layers.iter().map(|layer| layer.name).collect::<Vec<_>>(), ["winding"]);
     assert_eq!((scene.sampler.samples_per_pixel(), scene.seed), (5, u64::MAX));
+    assert_eq!(scene.sampler.noise_target().map(|target| target.noise), Some(0.25));
+    let endless = build_with(text, &Overrides { noise: Some(0.25), ..Default::default() }).ok().unwrap();
+    assert_eq!(endless.sampler.samples_per_pixel(), bhs_core::sampling::MOST_SAMPLES);
     let names = [&scene.integrator_name, &scene.transport_name, &scene.intersector_name];
     assert_eq!(names, ["straight", "hemisphere", "reference"]);
     assert_eq!(scene.hash, quick.hash);

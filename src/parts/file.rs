@@ -186,7 +186,7 @@ impl PartReader {
             }
             tiles += 1;
         }
-        let [across, down] = tile_counts(self.head.cover.window);
+        let (_, [across, down]) = tile_counts(self.head.cover.window);
         if u64::from(tiles) != across * down {
             return Err(damaged("tiles are missing"));
         }
@@ -212,20 +212,21 @@ impl PartReader {
     }
 }
 
-/// Tiles of a window across and down.
-fn tile_counts([x0, x1, y0, y1]: [u32; 4]) -> [u64; 2] {
-    [x1 - x0, y1 - y0].map(|n| u64::from(n.div_ceil(crate::film::TILE)))
+/// Side of the tiles of a window (pixels), and how many there are across and down.
+fn tile_counts([x0, x1, y0, y1]: [u32; 4]) -> (u32, [u64; 2]) {
+    let size = [x1 - x0, y1 - y0];
+    let side = crate::film::tile_side(size);
+    (side, size.map(|n| u64::from(n.div_ceil(side))))
 }
 
 /// An empty tile of a part, by its number.
 pub fn empty_tile(head: &PartHead, film: &dyn Film, layers: &[NamedLayer], number: u32) -> Option<Tile> {
     let [x0, x1, y0, y1] = head.cover.window;
-    let [across, down] = tile_counts(head.cover.window);
+    let (size, [across, down]) = tile_counts(head.cover.window);
     let (column, row) = (u64::from(number) % across, u64::from(number) / across);
     if row >= down {
         return None;
     }
-    let size = crate::film::TILE;
     let origin = [x0 + column as u32 * size, y0 + row as u32 * size];
     let size = [size.min(x1 - origin[0]), size.min(y1 - origin[1])];
     Tile::empty(origin, size, [film.channels().len(), crate::film::layer_numbers(layers)], head.cover.samples[0]).ok()

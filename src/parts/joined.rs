@@ -62,6 +62,7 @@ pub fn join(picture: &PictureParts, open: impl Fn(&Path) -> Result<File, String>
         not_finite,
         samples,
         most_samples,
+        noise: None,
         seconds,
         ended: if picture.missing.is_empty() { Ended::Complete } else { Ended::Underway },
     };

@@ -32,6 +32,8 @@ pub(super) struct Picture {
     behind: u64,
     /// Samples a pixel: done, and to be done.
     spp: [u32; 2],
+    /// Samples that it is expected to have in the end, all pixels together, where that is not what all pictures were to have.
+    expected: Option<u64>,
 }
 
 /// How far it has come.
@@ -52,7 +54,7 @@ pub(super) struct Reached {
 
 impl Picture {
     pub fn new(name: String, time: Option<Duration>, behind: u64) -> Self {
-        Self { name, time, start: Instant::now(), behind, spp: [0; 2] }
+        Self { name, time, start: Instant::now(), behind, spp: [0; 2], expected: None }
     }
 }
 
@@ -82,6 +84,10 @@ impl Tally {
         self.lock().spp = [done, total];
     }
 
+    pub fn expect(&self, samples: u64) {
+        self.lock().expected = Some(samples.max(1));
+    }
+
     pub fn tile(&self, samples: u64, rays: u64) {
         self.tiles.fetch_add(1, Ordering::Relaxed);
         self.rays.fetch_add(rays, Ordering::Relaxed);
@@ -91,6 +97,7 @@ impl Tally {
     pub fn picture_done(&self, spp: u32, whole: bool) {
         let mut picture = self.lock();
         picture.spp[0] = spp;
+        picture.expected = None;
         if whole {
             self.samples.store(picture.behind + self.a_picture, Ordering::Relaxed);
         }
@@ -110,7 +117,10 @@ impl Tally {
         let picture = self.lock().clone();
         let elapsed = self.start.elapsed().as_secs_f64();
         let total = self.a_picture.saturating_mul(self.pictures).max(1) as f64;
-        let samples = self.samples.load(Ordering::Relaxed) as f64 / total;
+        let samples = self.samples.load(Ordering::Relaxed);
+        let of_picture = samples.saturating_sub(picture.behind) as f64;
+        let of_picture = of_picture * picture.expected.map_or(1.0, |expected| self.a_picture as f64 / expected as f64);
+        let samples = (picture.behind as f64 + of_picture) / total;
         // What counts where the time is limited: a picture is over with its samples or with its time, whichever comes first.
         let in_time = picture.time.map(|time| (picture.start.elapsed().as_secs_f64() / time.as_secs_f64().max(1e-9)).min(1.0));
         let behind = picture.behind as f64 / total;

@@ -8,6 +8,8 @@ use crate::not_finite::FirstSamples;
 use crate::progress::Progress;
 use crate::signals::{Signals, StopSignal};
 use crate::sky_points;
+use crate::wavelengths;
+use bhs_core::spectrum::VisibleWavelengths;
 use bhs_engine::stats::Counters;
 use bhs_engine::transport::LightTransport;
 use rayon::prelude::*;
@@ -28,6 +30,7 @@ pub struct RenderState<'a> {
     job: Job<'a>,
     frame: Arc<Framebuffer>,
     layers: Option<LayerCollector<'a>>,
+    wavelengths: VisibleWavelengths,
     shared: RwLock<Shared>,
     counted: Mutex<Counted>,
     /// Set while somebody waits for `shared`: threads let go of it after their batch.
@@ -75,12 +78,12 @@ impl<'a> RenderState<'a> {
     /// # Errors
     /// If there is not enough memory for its frame.
     pub fn new(job: Job<'a>) -> Result<Self, OutOfMemory> {
+        let frame = Framebuffer::from_sample(job.first_sample, job.film, job.layers)?
+            .with_points((job.first_sample == 0).then(|| sky_points::draw(&job)).flatten());
         Ok(Self {
-            frame: Arc::new(
-                Framebuffer::from_sample(job.first_sample, job.film, job.layers)?
-                    .with_points((job.first_sample == 0).then(|| sky_points::draw(&job)).flatten()),
-            ),
+            frame: Arc::new(if job.noise.is_some() { frame.watching_noise()? } else { frame }),
             layers: LayerCollector::new(job.scene, job.film, job.layers),
+            wavelengths: wavelengths::drawn(&job),
             shared: RwLock::new(Shared {
                 memory: job.transport.for_render(&job.setting()),
                 wave: Wave::of(job.first_sample),
@@ -141,9 +144,19 @@ impl<'a> RenderState<'a> {
 
     /// What there is, and why it ended.
     pub fn rendered(&self, ended: Ended) -> Rendered {
-        let [samples, most_samples] = self.frame.sample_counts();
+        let [samples, most_samples] = self.frame.pixel_samples();
+        let noise = self.job.noise.map(|goal| goal.find(&self.frame));
         let Counted { counters, not_finite } = lock(&self.counted).clone();
-        Rendered { frame: Arc::clone(&self.frame), counters, not_finite, samples, most_samples, seconds: self.seconds(), ended }
+        Rendered {
+            frame: Arc::clone(&self.frame),
+            counters,
+            not_finite,
+            samples,
+            most_samples,
+            noise,
+            seconds: self.seconds(),
+            ended,
+        }
     }
 
     /// Renders on the current rayon pool until `limits` are reached or a signal stops it.
@@ -170,7 +183,9 @@ impl<'a> RenderState<'a> {
                     samples => end.min(done.saturating_add(samples)),
                 },
             };
-            self.begin_wave();
+            if !self.begin_wave(limits, progress) {
+                return Ended::Complete;
+            }
             progress.wave(done, limits.most);
             let began = Instant::now();
             let over = || signals.stop() || deadline.is_some_and(|d| Instant::now() >= d);
@@ -191,15 +206,25 @@ impl<'a> RenderState<'a> {
         }
     }
 
-    /// Tells the transport's memory of the wave under way, once.
-    fn begin_wave(&self) {
+    /// Decides which pixels take part in the wave under way, and tells the transport's memory of it, once. False if none does: all have samples enough.
+    fn begin_wave(&self, limits: &Limits, progress: &Progress) -> bool {
         let mut shared = self.shared_alone();
-        if !std::mem::replace(&mut shared.is_begun, true) {
-            let samples = shared.wave.samples();
-            if let Some(memory) = &mut shared.memory {
-                memory.begin_wave(&self.job.setting(), samples);
+        let samples = shared.wave.samples();
+        // A tile that has come further took part in what was decided for this wave.
+        let is_new = || self.frame.tiles.iter().all(|tile| lock(tile).progress.is_at(samples.start));
+        if let Some(goal) = self.job.noise.filter(|_| samples.start >= limits.judged_from.max(1) && is_new()) {
+            let found = goal.plan(&self.frame);
+            progress.expect(found.expected);
+            if found.above == 0 {
+                return false;
             }
         }
+        if !std::mem::replace(&mut shared.is_begun, true)
+            && let Some(memory) = &mut shared.memory
+        {
+            memory.begin_wave(&self.job.setting(), samples);
+        }
+        true
     }
 
     /// Brings a tile to `end` samples a pixel; false if it is `over` before.
@@ -220,7 +245,13 @@ impl<'a> RenderState<'a> {
             let job = Job { transport: shared.memory.as_deref().unwrap_or(self.job.transport), ..self.job };
             // What was learned depends on the numbers of the waves before: those of this one must not.
             let wave = if job.transport.learns() { shared.wave.0 } else { 0 };
-            let work = TileWork { job: &job, layers: self.layers.as_ref(), channels: self.frame.channel_count(), wave };
+            let work = TileWork {
+                job: &job,
+                layers: self.layers.as_ref(),
+                wavelengths: &self.wavelengths,
+                channels: self.frame.channel_count(),
+                wave,
+            };
             let before = tile.samples();
             let counted = work.advance(&mut tile, || self.pause.load(Ordering::Relaxed) || over());
             // Within the moment: a snapshot has the counts of the samples that it has.

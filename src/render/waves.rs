@@ -7,6 +7,9 @@ use std::time::Duration;
 /// Samples of the longest wave: short enough for progress and interruptions, long enough for coherent work.
 const LONGEST_WAVE: u32 = 32;
 
+/// Samples that a pixel has before it is asked whether it has enough, if nothing else is said.
+pub const JUDGED_FROM: u32 = 16;
+
 /// Number of a wave. Wave 0 is sample 0; each wave has as many samples as all before it, at most `LONGEST_WAVE`.
 ///
 /// A total that ends within a wave cuts it short and does not end it: what transports learn from it counts once all of it is done, so that
@@ -50,6 +53,8 @@ pub struct Limits {
     pub most: u32,
     /// Samples a pixel at least, whatever the time.
     pub least: u32,
+    /// Samples that a pixel has at least before it is asked whether it has enough of them; they are as many for all.
+    pub judged_from: u32,
     /// Time after which no more samples are begun.
     pub time: Option<Duration>,
 }
@@ -57,7 +62,7 @@ pub struct Limits {
 impl Limits {
     /// All samples that the sampler is made for, however long it takes.
     pub fn of(sampler: &dyn Sampler) -> Self {
-        Self { most: sampler.samples_per_pixel(), least: 1, time: None }
+        Self { most: sampler.samples_per_pixel(), least: 1, judged_from: JUDGED_FROM, time: None }
     }
 }
 

@@ -22,11 +22,37 @@ pub trait Sampler: Send + Sync {
     /// Samples a pixel that the scene asks for.
     fn samples_per_pixel(&self) -> u32;
 
+    /// The noise with which a pixel has samples enough, if pixels need not all have as many.
+    fn noise_target(&self) -> Option<NoiseTarget> {
+        None
+    }
+
     /// Whether the numbers of a sample depend on how many samples a pixel has in all: a render with such a sampler cannot go on to more
     /// samples than it was begun with.
     fn depends_on_count(&self) -> bool {
         false
     }
+}
+
+/// Samples that a pixel may have at most; where they are to be so many, nothing but the noise ends them.
+pub const MOST_SAMPLES: u32 = 1_000_000_000;
+
+/// The noise with which a pixel has samples enough: adaptive sampling leaves it alone then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseTarget {
+    /// Standard error of the pixel's luminance, in the measure below.
+    pub noise: f64,
+    /// What it is measured in.
+    pub measure: NoiseMeasure,
+}
+
+/// What the standard error of a pixel's luminance is measured in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseMeasure {
+    /// Its luminance, or 2 % of the picture's mean where it is darker.
+    Relative,
+    /// What a screen shows of it, where white is 1: noise of what is shown white, or black, does not count.
+    Shown,
 }
 
 /// A set of numbers that no path comes to.

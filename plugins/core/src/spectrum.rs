@@ -4,6 +4,10 @@
 //! equally spaced in probability; Wilkie et al. 2014, "Hero Wavelength Spectral Sampling"). Wavelengths are in nanometres
 //! throughout.
 
+mod visible;
+
+pub use visible::{VisibleWavelengths, WAVELENGTH_BINS};
+
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Sub};
 
@@ -243,65 +247,6 @@ impl SampledWavelengths {
         let carried = throughput[0];
         *throughput = SampledSpectrum::ZERO;
         throughput[0] = carried * N_LAMBDA as f32;
-    }
-}
-
-/// The density by which wavelengths are drawn over a range: it follows the eye's sensitivity, if the eye sees all of the range.
-///
-/// Proportional to `1/cosh^2(0.0072 (lambda - 538 nm))`, renormalised to the range (as in pbrt-v4, after Radziszewski et al. 2009,
-/// "An Improved Technique for Full Spectral Rendering"). Where that is less than a hundredth of its peak, beyond some 950 nm, and over
-/// ranges too narrow for its digits, wavelengths are drawn evenly. Nowhere zero, so unbiased for any film.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VisibleWavelengths {
-    range_nm: [f32; 2],
-    density: Density,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Density {
-    /// The hyperbolic tangent, of which 1/cosh^2 is the derivative, at the lower end, and how much it rises to the upper one.
-    Eye {
-        tanh_lo: f32,
-        rise: f32,
-    },
-    Even,
-}
-
-impl VisibleWavelengths {
-    /// Steepness (1/nm) and centre (nm) of the density.
-    const A: f32 = 0.0072;
-    const CENTRE: f32 = 538.0;
-    /// Least density over its peak, and least rise of its integral, for which single precision is good enough.
-    const LEAST: f32 = 1e-2;
-
-    /// Over `lo..=hi` (nm).
-    pub fn new(lo: f32, hi: f32) -> Self {
-        let [tanh_lo, tanh_hi] = [lo, hi].map(|l| (Self::A * (l - Self::CENTRE)).tanh());
-        let rise = tanh_hi - tanh_lo;
-        let least = (1.0 - tanh_lo * tanh_lo).min(1.0 - tanh_hi * tanh_hi);
-        let density = if least >= Self::LEAST && rise >= Self::LEAST { Density::Eye { tanh_lo, rise } } else { Density::Even };
-        Self { range_nm: [lo, hi], density }
-    }
-
-    /// Draws the wavelengths of a path from one number `u` in [0,1).
-    #[inline]
-    pub fn sample(&self, u: f32) -> SampledWavelengths {
-        let [lo, hi] = self.range_nm;
-        let u: [f32; N_LAMBDA] = std::array::from_fn(|i| (u + i as f32 / N_LAMBDA as f32).fract());
-        match self.density {
-            Density::Eye { tanh_lo, rise } => {
-                let tanh = u.map(|u| tanh_lo + u * rise);
-                SampledWavelengths {
-                    // The inverse of tanh is ln((1 + t)/(1 - t))/2.
-                    lambda_nm: tanh.map(|t| (Self::CENTRE + ((1.0 + t) / (1.0 - t)).ln() * (0.5 / Self::A)).clamp(lo, hi)),
-                    // 1/cosh^2 = 1 - tanh^2
-                    pdf: tanh.map(|t| Self::A * (1.0 - t * t) / rise),
-                }
-            }
-            Density::Even => {
-                SampledWavelengths { lambda_nm: u.map(|u| (lo + u * (hi - lo)).clamp(lo, hi)), pdf: [1.0 / (hi - lo); N_LAMBDA] }
-            }
-        }
     }
 }
 

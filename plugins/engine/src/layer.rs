@@ -33,6 +33,8 @@ pub enum Statistic {
     Mean,
     /// The same of unit vectors: the mean is brought back to length 1.
     MeanDirection,
+    /// The sum over the camera rays that have a value, whatever the filter makes of them.
+    Sum,
     /// The variance of the samples of the pixel's colour (red, green, blue), whatever [`Layer::value`] says: colours are known to the frame alone,
     /// after the film has made them of what the whole path brought.
     ColorVariance,

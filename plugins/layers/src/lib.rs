@@ -16,6 +16,7 @@ mod position;
 mod queries;
 mod redshift;
 mod reflectance;
+mod samples;
 mod shadingnormal;
 mod side;
 mod sweptangle;
@@ -47,6 +48,7 @@ pub const ALL: &[Plugin<dyn Layer>] = &[
     depth::PLUGIN,
     side::PLUGIN,
     variance::PLUGIN,
+    samples::PLUGIN,
 ];
 
 #[cfg(test)]

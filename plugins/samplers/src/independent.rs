@@ -9,22 +9,22 @@
 //! WorldBegin
 //! ```
 
-use crate::{hash, pixel_samples_and_seed};
+use crate::amount::Amount;
+use crate::hash;
 use bhs_core::Plugin;
 use bhs_core::params::Params;
-use bhs_core::sampling::{SET, Sampler, mix64, unit_f32};
+use bhs_core::sampling::{NoiseTarget, SET, Sampler, mix64, unit_f32};
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Sampler> = Plugin { name: "independent", summary: "independent uniform numbers", build };
 
 pub(crate) struct Independent {
-    pub samples: u32,
+    pub amount: Amount,
     pub seed: u64,
 }
 
 fn build(p: &Params) -> Option<Box<dyn Sampler>> {
-    let (samples, seed) = pixel_samples_and_seed(p);
-    Some(Box::new(Independent { samples, seed }))
+    Some(Box::new(Independent { amount: Amount::read(p), seed: p.context().seed }))
 }
 
 impl Sampler for Independent {
@@ -35,6 +35,10 @@ impl Sampler for Independent {
     }
 
     fn samples_per_pixel(&self) -> u32 {
-        self.samples
+        self.amount.samples
+    }
+
+    fn noise_target(&self) -> Option<NoiseTarget> {
+        self.amount.target
     }
 }

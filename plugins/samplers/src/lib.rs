@@ -1,22 +1,16 @@
-//! Samplers: numbers in [0,1) as a pure function of (seed, pixel, sample, dimension). One file, one plugin; `wavelengths` is shared.
+//! Samplers: numbers in [0,1) as a pure function of (seed, pixel, sample, dimension). One file, one plugin; `amount` and `wavelengths` are shared.
 
+mod amount;
 mod independent;
 mod sobol;
 mod stratified;
 mod wavelengths;
 
 use bhs_core::Plugin;
-use bhs_core::params::Params;
 use bhs_core::sampling::{Sampler, mix64};
 
 /// All samplers, by name.
 pub const ALL: &[Plugin<dyn Sampler>] = &[independent::PLUGIN, sobol::PLUGIN, stratified::PLUGIN];
-
-/// What all samplers take: the number of samples, and the seed of the render.
-fn pixel_samples_and_seed(p: &Params) -> (u32, u64) {
-    let samples = p.get_in("pixelsamples", 16, 1..=1_000_000_000, "", "samples per pixel");
-    (samples as u32, p.context().seed)
-}
 
 /// A seed for one set of dimensions of one pixel.
 fn hash(seed: u64, pixel: [u32; 2], set: u32) -> u64 {
@@ -26,14 +20,15 @@ fn hash(seed: u64, pixel: [u32; 2], set: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use super::amount::Amount;
     use bhs_core::sampling::Sampler;
 
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["wavelengths"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["amount", "wavelengths"]);
 
     fn samplers() -> [(&'static str, Box<dyn Sampler>); 3] {
         [
-            ("independent", Box::new(super::independent::Independent { samples: 16, seed: 7 })),
-            ("sobol", Box::new(super::sobol::Sobol::new(16, 7))),
+            ("independent", Box::new(super::independent::Independent { amount: Amount::fixed(16), seed: 7 })),
+            ("sobol", Box::new(super::sobol::Sobol::new(Amount::fixed(16), 7))),
             ("stratified", Box::new(super::stratified::Stratified { grid: [4, 4], jitter: true, seed: 7 })),
         ]
     }
@@ -73,7 +68,8 @@ mod tests {
 
     #[test]
     fn seeds_do_not_share_numbers() {
-        let first = |seed: u64, pixel: [u32; 2]| super::independent::Independent { samples: 1, seed }.numbers(pixel, 0, 0);
+        let first =
+            |seed: u64, pixel: [u32; 2]| super::independent::Independent { amount: Amount::fixed(1), seed }.numbers(pixel, 0, 0);
         for y in 0..64 {
             for other in 0..64 {
                 assert_ne!(first(7, [3, y]), first(8, [3, other]));
@@ -83,7 +79,7 @@ mod tests {
 
     #[test]
     fn more_than_the_table_of_samples_still_differ() {
-        let sobol = super::sobol::Sobol::new(16, 7);
+        let sobol = super::sobol::Sobol::new(Amount::fixed(16), 7);
         assert_ne!(sobol.numbers([1, 1], 0, 0), sobol.numbers([1, 1], 1 << 16, 0));
     }
 }

@@ -13,10 +13,11 @@
 //! WorldBegin
 //! ```
 
-use crate::{hash, pixel_samples_and_seed, wavelengths};
+use crate::amount::Amount;
+use crate::{hash, wavelengths};
 use bhs_core::Plugin;
 use bhs_core::params::Params;
-use bhs_core::sampling::{ONE_MINUS_EPSILON, SET, Sampler};
+use bhs_core::sampling::{NoiseTarget, ONE_MINUS_EPSILON, SET, Sampler};
 use sobol_burley::parts::{Int4, hash as hash_u32, hash_int4, owen_scramble_int4_rev, owen_scramble_rev, sobol_rev};
 
 /// The entry of this file in the crate's list.
@@ -27,20 +28,19 @@ pub const PLUGIN: Plugin<dyn Sampler> =
 const SEQUENCE: u32 = 1 << 16;
 
 pub(crate) struct Sobol {
-    samples: u32,
+    amount: Amount,
     seed: u64,
     points: Points,
 }
 
 impl Sobol {
-    pub fn new(samples: u32, seed: u64) -> Self {
-        Self { samples, seed, points: Points::new() }
+    pub fn new(amount: Amount, seed: u64) -> Self {
+        Self { amount, seed, points: Points::new() }
     }
 }
 
 fn build(p: &Params) -> Option<Box<dyn Sampler>> {
-    let (samples, seed) = pixel_samples_and_seed(p);
-    Some(Box::new(Sobol::new(samples, seed)))
+    Some(Box::new(Sobol::new(Amount::read(p), p.context().seed)))
 }
 
 /// The set whose dimensions wavelengths are spread over: places in the pixel and on the lens.
@@ -105,7 +105,11 @@ impl Sampler for Sobol {
     }
 
     fn samples_per_pixel(&self) -> u32 {
-        self.samples
+        self.amount.samples
+    }
+
+    fn noise_target(&self) -> Option<NoiseTarget> {
+        self.amount.target
     }
 }
 
@@ -117,7 +121,7 @@ mod tests {
     /// converged: red light came from its left half.
     #[test]
     fn every_part_of_a_pixel_gets_all_wavelengths() {
-        let sobol = Sobol::new(1 << 12, 3);
+        let sobol = Sobol::new(Amount::fixed(1 << 12), 3);
         let (mut worst, mut sum) = (0_u32, 0);
         for pixel in (0..16).map(|i| [i % 4, i / 4]) {
             let mut cells = [[0_u32; 16]; 16];

@@ -40,6 +40,12 @@ fn build(p: &Params) -> Option<Box<dyn Sampler>> {
     let x = p.get_in("xsamples", 4, 1..=MOST, "", "cells across");
     let y = p.get_in("ysamples", 4, 1..=MOST, "", "cells down");
     let jitter = p.get("jitter", true, "", "whether samples lie anywhere in their part of a cell, or in its middle");
+    if p.is_given("noise") {
+        let why = "a pixel of this sampler has samples in all cells of its grid, and no other number of them; `sobol` and `independent` take `noise`";
+        // Read, so that it is not unknown besides.
+        p.optional::<f64>("noise", "", "");
+        p.reject("noise", "`stratified` cannot sample until the noise is low", why);
+    }
     let about = "in place of `xsamples` and `ysamples`: so many, in a grid as square as can be";
     let grid = match p.optional::<i64>("pixelsamples", "", about) {
         None => [x as u32, y as u32],

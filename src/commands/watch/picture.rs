@@ -87,7 +87,7 @@ impl Under<'_> {
             "stopped": ended.name(),
         });
         message::event("picture", what);
-        watch.say(&format!("{}: {} spp in {seconds:.1} s", self.file.path().display(), rendered.samples));
+        watch.say(&format!("{}: {} spp in {seconds:.1} s", self.file.path().display(), rendered.spp()));
     }
 
     /// Writes what there is over the first impression, less and less often, until the other end of `done` is gone.

@@ -1,0 +1,145 @@
+//! Adaptive sampling: which pixels take part in a wave, by the noise that waves before it have left.
+//!
+//! The noise of a pixel is the standard error of its luminance, over that luminance or over what a screen shows ([`NoiseMeasure`]). What is known
+//! of it is known of batches of samples ([`PixelNoise`](crate::film::PixelNoise)). Whether a pixel goes on is asked of its **neighbours**, of a square of
+//! [`REACH`] pixels to each side: by their variances, as many samples as it has itself would leave so much noise. Its own samples are asked too, but have to
+//! say so by more ([`OWN`]).
+//!
+//! That is because a pixel that stopped by its own samples would stop where they happen to be alike, which with light that is found by chance is where they
+//! are dark: its mean would be too dark, with any number of samples. Its neighbours' samples know nothing of its own. All samples of a pixel weigh the same,
+//! whenever they were made, and each decision is made by waves that are over. `tests/adaptive.rs` holds the mean of many renders against that
+//! of renders in which all pixels have as many samples.
+
+use crate::develop::Developer;
+use crate::film::Framebuffer;
+use crate::look::Look;
+use bhs_core::sampling::{NoiseMeasure, NoiseTarget};
+use std::sync::PoisonError;
+
+/// How far the neighbours of a pixel go that are asked (pixels): 24 of them make a variance that is known to some 20 %.
+const REACH: usize = 2;
+/// By how much a pixel's own noise is above the target before its own samples decide that it goes on.
+const OWN: f64 = 3.0;
+/// A luminance below this share of the picture's mean counts as this.
+const DARK: f64 = 0.02;
+
+/// When pixels have samples enough.
+#[derive(Clone, Copy, Debug)]
+pub struct NoiseGoal {
+    /// The noise that they may have.
+    pub target: NoiseTarget,
+    /// How the picture is shown.
+    pub look: Look,
+}
+
+/// The noise of a picture, and what is left to be done for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NoiseFound {
+    /// Pixels that have more of it than they may have.
+    pub above: u64,
+    /// All pixels.
+    pub pixels: u64,
+    /// Root of its mean square, of all pixels that have noise that is known.
+    pub rms: f64,
+    /// Samples that the picture has in the end, all pixels together, as far as can be foreseen.
+    pub expected: u64,
+}
+
+/// What has been found of each pixel, row by row.
+struct Pixels {
+    width: usize,
+    height: usize,
+    samples: Vec<u32>,
+    /// Variance of one sample, in the square of the measure; none where it is not known.
+    variance: Vec<Option<f64>>,
+}
+
+impl NoiseGoal {
+    /// The noise of the picture as it stands.
+    pub fn find(&self, frame: &Framebuffer) -> NoiseFound {
+        self.judge(frame, |_, _| {})
+    }
+
+    /// Decides which pixels take part in the next wave: those that have more noise than they may have. Nobody is at work on a tile.
+    pub fn plan(&self, frame: &Framebuffer) -> NoiseFound {
+        self.judge(frame, |pixel, above| {
+            let mut tile = frame.tile_of(pixel).lock().unwrap_or_else(PoisonError::into_inner);
+            let i = tile.index(pixel);
+            tile.noise[i].under_way = above;
+        })
+    }
+
+    /// Calls `each` with every pixel of the frame, and whether it has more noise than it may have.
+    fn judge(&self, frame: &Framebuffer, mut each: impl FnMut([u32; 2], bool)) -> NoiseFound {
+        let pixels = self.pixels(frame);
+        let [x0, _, y0, _] = frame.crop();
+        let limit = self.target.noise * self.target.noise;
+        let mut found = NoiseFound { pixels: frame.pixel_count(), ..NoiseFound::default() };
+        let (mut squares, mut known) = (0.0, 0_u64);
+        for (i, samples) in pixels.samples.iter().enumerate() {
+            let own = pixels.variance[i].unwrap_or_default();
+            let count = f64::from(*samples).max(1.0);
+            let noise = pixels.around(i).max(own / (OWN * OWN)) / count;
+            let above = noise > limit;
+            found.above += u64::from(above);
+            found.expected += if above { (count * (noise / limit).min(1e9)).ceil() as u64 } else { u64::from(*samples) };
+            if pixels.variance[i].is_some() {
+                squares += own / count;
+                known += 1;
+            }
+            each([x0 + (i % pixels.width) as u32, y0 + (i / pixels.width) as u32], above);
+        }
+        found.rms = (squares / known.max(1) as f64).sqrt();
+        found
+    }
+
+    fn pixels(&self, frame: &Framebuffer) -> Pixels {
+        let [width, height] = frame.size_of_picture().map(|n| n as usize);
+        let (mut samples, mut estimates) = (vec![0; width * height], vec![None; width * height]);
+        frame.each_pixel(|at, tile, i| {
+            if let Some(noise) = tile.noise.get(i) {
+                (samples[at], estimates[at]) = (noise.samples, noise.estimate());
+            }
+        });
+        let known = || estimates.iter().flatten();
+        let mean = known().map(|[luminance, _]| luminance).sum::<f64>() / known().count().max(1) as f64;
+        let developer = (self.target.measure == NoiseMeasure::Shown).then(|| Developer::new(&self.look, &frame.picture()));
+        let scale = |luminance: f64| match &developer {
+            None => 1.0 / luminance.max(DARK * mean).max(f64::MIN_POSITIVE),
+            Some(developer) => slope(developer, luminance),
+        };
+        let relative = |[luminance, variance]: [f64; 2]| {
+            let scale = scale(luminance);
+            // Beyond what a number holds there is no end to the noise.
+            (variance.sqrt() * scale).powi(2).min(f64::MAX / 1e3)
+        };
+        let variance = estimates.iter().map(|estimate| estimate.map(relative)).collect();
+        Pixels { width, height, samples, variance }
+    }
+}
+
+impl Pixels {
+    /// The mean variance of the pixels around one, without its own.
+    fn around(&self, i: usize) -> f64 {
+        let (x, y) = (i % self.width, i / self.width);
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for row in y.saturating_sub(REACH)..(y + REACH + 1).min(self.height) {
+            for column in x.saturating_sub(REACH)..(x + REACH + 1).min(self.width) {
+                let other = row * self.width + column;
+                if let Some(variance) = self.variance[other].filter(|_| other != i) {
+                    (sum, count) = (sum + variance, count + 1.0);
+                }
+            }
+        }
+        sum / count.max(1.0)
+    }
+}
+
+/// By how much what a screen shows of a grey changes with its luminance.
+fn slope(developer: &Developer, luminance: f64) -> f64 {
+    let shown = |l: f64| f64::from(developer.display([l as f32; 3])[1]);
+    // Wide enough for single precision, and for curves with corners.
+    let step = (0.01 * luminance.abs()).max(1e-4);
+    let (low, high) = ((luminance - step).max(0.0), luminance + step);
+    (shown(high) - shown(low)) / (high - low)
+}
