@@ -12,7 +12,6 @@ use anyhow::{Context, Result, anyhow};
 use bhs_core::diagnostics::Diagnostic;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 mod about;
 mod bench;
@@ -20,7 +19,6 @@ mod compare;
 mod convert;
 mod denoise;
 mod develop;
-mod finished;
 mod frames;
 mod merge;
 mod naming;
@@ -87,12 +85,6 @@ impl From<StopSignal> for ExitStatus {
     }
 }
 
-impl From<ExitStatus> for ExitCode {
-    fn from(status: ExitStatus) -> Self {
-        ExitCode::from(status as u8)
-    }
-}
-
 /// Whether somebody has closed the pipe that was written to, such as `head`: no fault of anybody's.
 pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error.chain().filter_map(|e| e.downcast_ref::<std::io::Error>()).any(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
@@ -154,23 +146,6 @@ fn load_labelled(scene: &Path, overrides: &Overrides, common: &Common) -> Option
             None
         }
     }
-}
-
-/// The processors that Slurm lets a task have, where it has been told how many a task needs.
-const CPUS_OF_TASK: &str = "SLURM_CPUS_PER_TASK";
-
-/// As many threads as are asked for, or as Slurm gives.
-fn start_threads(threads: Option<u32>) -> Result<rayon::ThreadPool> {
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = thread_count(threads) {
-        pool = pool.num_threads(threads as usize);
-    }
-    pool.build().context("cannot start the threads")
-}
-
-/// How many threads are to be used, if anybody says: the command line, or who has started the program.
-fn thread_count(threads: Option<u32>) -> Option<u32> {
-    threads.or_else(|| std::env::var(CPUS_OF_TASK).ok()?.parse().ok().filter(|n| (1..=4096).contains(n)))
 }
 
 /// Writes to standard output. What is left in its buffer would be lost without a word.

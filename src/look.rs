@@ -161,6 +161,23 @@ impl fmt::Display for White {
     }
 }
 
+/// The tone curve of this name.
+///
+/// # Errors
+/// What there is.
+pub fn tone_curve(text: &str) -> Result<ToneCurve, String> {
+    ToneCurve::find(text).ok_or_else(|| format!("expected {}", ToneCurve::ALL.map(ToneCurve::name).join(", ")))
+}
+
+/// A radius of glare (pixels).
+///
+/// # Errors
+/// What is expected.
+pub fn bloom(text: &str) -> Result<f64, String> {
+    let radius = text.parse::<f64>().ok().filter(|radius| (0.0..=1000.0).contains(radius));
+    radius.ok_or_else(|| "expected a radius from 0 to 1000 pixels, such as 1.5".to_owned())
+}
+
 /// Bits of a colour's part in a PNG file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bits {

@@ -15,7 +15,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use tally::{Picture, Reached, Tally};
+pub use tally::Reached;
+use tally::{Picture, Tally};
 
 /// Time between two lines for people: at first, and after [`FIRST`].
 const LINES: [Duration; 2] = [Duration::from_secs(3), Duration::from_secs(5)];
@@ -144,6 +145,11 @@ impl Progress {
         {
             tell(lines.form, &self.tally.reached());
         }
+    }
+
+    /// How far it is.
+    pub fn reached(&self) -> Reached {
+        self.tally.reached()
     }
 
     /// Takes the bar away; no more lines come.

@@ -49,7 +49,8 @@ pub fn try_render_quietly(built: &BuiltScene) -> Result<Rendered, OutOfMemory> {
     Ok(state.rendered(ended))
 }
 
-/// What a render leaves behind.
+/// What a render leaves behind. A copy of it shares its frame.
+#[derive(Clone)]
 pub struct Rendered {
     /// The frame, whole or as far as it came. Where the render goes on, its tiles change.
     pub frame: Arc<Framebuffer>,

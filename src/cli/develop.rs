@@ -1,6 +1,6 @@
 //! How pictures are shown: what can be typed for `bhs develop`, and for `bhs render` as well.
 
-use crate::look::{Bits, Exposure, LookChanges, White};
+use crate::look::{Bits, Exposure, LookChanges, White, bloom, tone_curve};
 use bhs_colour::ToneCurve;
 use clap::Args;
 use std::path::PathBuf;
@@ -70,13 +70,4 @@ pub struct DevelopArgs {
     /// No notes
     #[arg(long)]
     pub quiet: bool,
-}
-
-fn tone_curve(text: &str) -> Result<ToneCurve, String> {
-    ToneCurve::find(text).ok_or_else(|| format!("expected {}", ToneCurve::ALL.map(ToneCurve::name).join(", ")))
-}
-
-fn bloom(text: &str) -> Result<f64, String> {
-    let radius = text.parse::<f64>().ok().filter(|radius| (0.0..=1000.0).contains(radius));
-    radius.ok_or_else(|| "expected a radius from 0 to 1000 pixels, such as 1.5".to_owned())
 }

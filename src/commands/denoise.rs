@@ -1,6 +1,6 @@
 //! `bhs denoise`: a picture without its noise.
 
-use super::{Common, ExitStatus, show, thread_count};
+use super::{Common, ExitStatus, show};
 use crate::cli::DenoiseArgs;
 use crate::denoise::{self, Denoiser};
 use crate::develop::{self, Texts};
@@ -9,7 +9,7 @@ use crate::image::ExrFile;
 use crate::look::Look;
 use crate::memory;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};
-use crate::say;
+use crate::{say, threads};
 use anyhow::{Context, Result};
 use bhs_textures::decode::exr_parts::Shown;
 use std::path::Path;
@@ -37,7 +37,7 @@ pub fn denoise(args: &DenoiseArgs, common: &Common) -> Result<ExitStatus> {
     let shown = || format!("cannot denoise `{}`", args.picture.display());
     let ExrFile { picture, header: attributes } = ExrFile::read(&args.picture)?;
     denoise::check(&picture).with_context(shown)?;
-    let denoiser = Denoiser::load(thread_count(args.threads))?;
+    let denoiser = Denoiser::load(threads::count(args.threads))?;
     let needed = denoise::bytes((picture.size[0] * picture.size[1]) as u64, picture.channels.len());
     memory::require("taking out its noise", needed).with_context(shown)?;
     let was_denoised = picture.find(denoise::NOISY).is_some();

@@ -6,7 +6,7 @@ use super::part;
 use super::picture::{Session, samples};
 use super::render::refuse;
 use super::several::Earlier;
-use super::{Common, ExitStatus, show, start_threads};
+use super::{Common, ExitStatus, show};
 use crate::animation::keys::Keys;
 use crate::animation::preview::{self, Format};
 use crate::animation::{FrameRange, Ranges, digits};
@@ -23,6 +23,7 @@ use crate::registry::Registry;
 use crate::render::Ended;
 use crate::signals::Signals;
 use crate::stats::Phases;
+use crate::threads;
 use crate::{report, say};
 use anyhow::{Context, Result, anyhow};
 use bhs_core::diagnostics::Diagnostic;
@@ -246,7 +247,7 @@ impl Film<'_> {
         mut phases: Phases,
     ) -> Result<ExitStatus> {
         let args = self.args;
-        let pool = start_threads(args.picture.threads)?;
+        let pool = threads::start(args.picture.threads)?;
         let pictures: usize = frames.iter().map(|f| f.pictures.len()).sum();
         let a_picture = samples(&built, part::cover(args, &built).map_err(anyhow::Error::msg)?);
         let form = ProgressForm::choose(args.show.progress, args.quiet);

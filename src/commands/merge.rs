@@ -1,12 +1,12 @@
 //! `bhs merge`: pictures of parts.
 
-use super::finished::Finished;
 use super::naming::with_infix;
 use super::{Common, ExitStatus, show};
 use crate::animation::digits;
 use crate::cli::MergeArgs;
 use crate::develop::{self, Texts};
 use crate::false_color::{self, FalseColor};
+use crate::finished::Finished;
 use crate::output::{NamedBy, OutputFile, OutputSet, Plan};
 use crate::parts::file::film_of;
 use crate::parts::join::{self, PictureParts, Sorted};

@@ -1,13 +1,13 @@
 //! The files of a picture: their names, and how they are written.
 
-use super::finished::Finished;
 use super::naming::Naming;
 use super::part;
-use super::render::{closing_words, stats_json};
+use super::render::closing_words;
 use crate::checkpoint::{self, previous};
 use crate::develop::{self, Content, Texts};
 use crate::false_color::{self, FalseColor};
 use crate::files::FileId;
+use crate::finished::{Finished, stats_json};
 use crate::image::Picture;
 use crate::lang::BuiltScene;
 use crate::output::{Kept, NamedBy, OutputFile, OutputSet, Plan, Rescue};

@@ -3,9 +3,9 @@
 use super::ExitStatus;
 use super::outputs::Outputs;
 use super::picture::Session;
-use super::render::stats_json;
 use crate::checkpoint::{CheckpointFile, Found};
 use crate::cli::RenderArgs;
+use crate::finished::stats_json;
 use crate::lang::BuiltScene;
 use crate::output::{Kept, OutputSet};
 use crate::parts::Cover;

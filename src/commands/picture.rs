@@ -1,9 +1,7 @@
 //! One picture of `bhs render`: from the first sample, or from a checkpoint, to its files.
 
-use super::finished::Finished;
 use super::outputs::Outputs;
 use super::part;
-use super::render::stats_json;
 use super::replay::{self, PictureId};
 use super::{Common, is_closed_pipe, print};
 use crate::checkpoint::{CheckpointFile, Found, Identity};
@@ -11,6 +9,7 @@ use crate::cli::RenderArgs;
 use crate::denoise::Denoiser;
 use crate::diagnosis::{self, BlackFrames, Explanation, Level};
 use crate::display::Display;
+use crate::finished::{Finished, stats_json};
 use crate::lang::BuiltScene;
 use crate::message;
 use crate::not_finite::{self, SampleId};
@@ -192,7 +191,7 @@ impl Session<'_> {
     }
 
     /// What has been rendered, denoised if that is asked for, and whether that has succeeded: if not, it is said, and the noisy picture is there.
-    fn finish<'r>(&self, rendered: &'r Rendered, phases: &mut Phases) -> (Finished<'r>, bool) {
+    fn finish(&self, rendered: &Rendered, phases: &mut Phases) -> (Finished, bool) {
         let mut finished = Finished::of(rendered);
         let Some(denoiser) = self.denoiser else { return (finished, true) };
         let denoised = finished.denoise(denoiser);
@@ -215,7 +214,7 @@ impl Session<'_> {
         if let Some(display) = self.display {
             display.end(&self.shown_as(outputs), finished.all_channels().into_owned());
         }
-        self.tell(built, (outputs.exr_path(), finished.rendered), phases, in_place)
+        self.tell(built, (outputs.exr_path(), &finished.rendered), phases, in_place)
     }
 
     /// Tells programs that listen of a picture, or of a part, whose file is `path`. Whether they could be told.

@@ -1,28 +1,28 @@
 //! `bhs render`: a picture for each camera.
 
-use super::finished::find_layer;
 use super::frames::{self, Film};
 use super::naming::Naming;
 use super::outputs::Outputs;
 use super::part;
 use super::picture::{Session, samples};
 use super::several::Earlier;
-use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show, start_threads, thread_count};
+use super::{Common, ExitStatus, diagnose, load, overrides, replay, several, show};
 use crate::cli::RenderArgs;
 use crate::denoise::{self, Denoiser};
 use crate::diagnosis::BlackFrames;
 use crate::display::Display;
+use crate::finished::{find_layer, notes};
 use crate::lang::{BuiltScene, Overrides, SourceMap};
 use crate::memory;
 use crate::memory::picture::TooLarge;
-use crate::not_finite::{self, SampleId};
+use crate::not_finite::SampleId;
 use crate::output::{self, Plan, Rescue};
 use crate::parts::Windowed;
 use crate::progress::{Progress, ProgressForm};
 use crate::render::{Ended, Rendered};
-use crate::say;
 use crate::signals::Signals;
-use crate::stats::{Phases, counters_to_json, missed_connections, peak_memory, points_to_json};
+use crate::stats::Phases;
+use crate::{say, threads};
 use anyhow::Result;
 use bhs_core::camera;
 use serde_json::json;
@@ -83,7 +83,7 @@ pub(super) fn render_one(
     let too_large = if args.parts.is_given() { TooLarge::Ignore } else { TooLarge::Refuse };
     let overrides = Overrides { too_large, ..overrides };
     // Whether the noise can be taken out in the end is found out first.
-    let denoiser = if args.denoise { Some(Denoiser::load(thread_count(args.picture.threads))?) } else { None };
+    let denoiser = if args.denoise { Some(Denoiser::load(threads::count(args.picture.threads))?) } else { None };
     let denoiser = denoiser.as_ref();
     if let Some(range) = args.frames.range {
         return frames::render(&Film {
@@ -121,7 +121,7 @@ pub(super) fn render_one(
     // The texts of a scene may be large.
     drop(sources);
 
-    let pool = start_threads(args.picture.threads)?;
+    let pool = threads::start(args.picture.threads)?;
     let rescue = Rescue::beside(&args.scene, common.root.as_ref());
     let a_picture = samples(&built, part::cover(args, &built).map_err(anyhow::Error::msg)?);
     let pictures = outputs.len() as u64;
@@ -196,39 +196,6 @@ pub(super) fn layers(args: &RenderArgs) -> Vec<String> {
     args.aov.iter().chain(shown).cloned().chain(guides).collect()
 }
 
-pub(super) fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {
-    let mut all = json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "scene": built.hash,
-        "seed": built.seed,
-        "integrator": built.integrator_name,
-        "transport": built.transport_name,
-        "camera": built.camera_name,
-        "variables": serde_json::Map::from_iter(built.variables.iter().map(|(name, value)| (name.clone(), json!(value)))),
-        "samples_per_pixel": rendered.samples,
-        "most_samples_per_pixel": rendered.most_samples,
-        "mean_samples_per_pixel": rendered.frame.samples() as f64 / rendered.frame.pixel_count().max(1) as f64,
-        "noise": rendered.noise.map(|found| json!({ "rms": found.rms, "pixels_above": found.above })),
-        "interrupted": matches!(rendered.ended, Ended::Stopped(_)),
-        "stopped": rendered.ended.name(),
-        "seconds": phases.to_json(),
-        "processor_seconds": phases.processor_to_json(),
-        "peak_memory_bytes": peak_memory(),
-        "instances": built.load.instances,
-        "triangles": built.load.triangles,
-        "zero_area_triangles_dropped": built.load.zero_area_triangles,
-        "counts": counters_to_json(&rendered.counters),
-        "not_finite": not_finite::to_json(rendered.counters.not_finite, &rendered.not_finite, &rendered.frame),
-    });
-    if let Some(points) = rendered.frame.points() {
-        all["stars"] = points_to_json(&points.counters);
-    }
-    all
-}
-
-/// Share of rays to light samples from which on it is told that they were not found: the picture has more noise then. `--stats` has any.
-const TOLD: f64 = 0.25;
-
 pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
     let (c, seconds) = (&rendered.counters, rendered.seconds);
     let rays = c.geodesics as f64 / seconds.max(1e-9) / 1e6;
@@ -244,16 +211,5 @@ pub(super) fn closing_words(path: &Path, rendered: &Rendered, phases: &Phases) {
         path.display(),
         phases.total()
     );
-    let missed = missed_connections(c);
-    if missed.iter().any(|share| *share >= TOLD) {
-        let shares: Vec<String> = missed.iter().map(|share| format!("{:.1} %", 100.0 * share)).collect();
-        let sought = c.connections_sought;
-        say!(
-            "note: of {sought} light samples the rays were not found, image by image, for {}; their light is left to BSDF sampling, with more noise",
-            shares.join(", ")
-        );
-    }
-    if c.out_of_steps > 0 {
-        say!("warning: {} rays ran out of steps and count as black; raise the integrator's `maxsteps`", c.out_of_steps);
-    }
+    notes(rendered).iter().for_each(|note| say!("{note}"));
 }

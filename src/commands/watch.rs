@@ -4,7 +4,7 @@ mod picture;
 
 use super::frames::read_keys;
 use super::naming::{Naming, with_pngs};
-use super::{Common, ExitStatus, diagnose, overrides, show, start_threads};
+use super::{Common, ExitStatus, diagnose, overrides, show};
 use crate::animation::keys::Keys;
 use crate::cli::WatchArgs;
 use crate::display::Display;
@@ -14,9 +14,9 @@ use crate::lang::{self, BuiltScene, Overrides, SourceMap, Variables};
 use crate::memory::picture::{TooLarge, check};
 use crate::output::{NamedBy, OutputFile, Plan, discard_all};
 use crate::registry::Registry;
-use crate::say;
 use crate::signals::Signals;
 use crate::watch::Watched;
+use crate::{say, threads};
 use anyhow::Result;
 use picture::Under;
 use std::path::{Path, PathBuf};
@@ -52,7 +52,7 @@ pub fn watch(args: &WatchArgs, common: &Common, signals: &Signals) -> Result<Exi
         common,
         registry: Registry::builtin(),
         cache: Arc::default(),
-        pool: start_threads(args.picture.threads)?,
+        pool: threads::start(args.picture.threads)?,
         display: args.show.display(args.quiet),
     };
     signals.end_at_once(discard_all);

@@ -80,6 +80,28 @@ impl Content<'_> {
         (Self::Colours(Cow::Owned(picture)), notes)
     }
 
+    /// Width and height (pixels).
+    pub fn size(&self) -> [usize; 2] {
+        match self {
+            Self::Colours(picture) => picture.size,
+            Self::FalseColor(_, size) => *size,
+        }
+    }
+
+    /// Red, green and blue of all pixels as the PNG file has them, row by row from the top: a byte each, or two with 16 bits, the higher one first; false
+    /// colours have 8 bits.
+    pub fn pixels(&self, look: &Look) -> Vec<u8> {
+        match self {
+            Self::Colours(picture) => {
+                let developing = Developing::new(look, picture);
+                let mut bytes = Vec::new();
+                (0..picture.size[1]).for_each(|y| developing.push_row(y, &mut bytes));
+                bytes
+            }
+            Self::FalseColor(layer, _) => FalseColor::new(layer).pixels().into_flattened(),
+        }
+    }
+
     /// Writes it as PNG.
     ///
     /// # Errors
@@ -98,24 +120,42 @@ pub fn colours(all: &Picture, shown: Shown, chromaticities: Option<Chromaticitie
     (Picture { channels: ["R", "G", "B"].map(str::to_owned).to_vec(), data: values, ..*all }, notes)
 }
 
+/// A picture with its glare, about to be shown.
+struct Developing<'p> {
+    picture: Cow<'p, Picture>,
+    developer: Developer,
+    bits: Bits,
+}
+
+impl<'p> Developing<'p> {
+    fn new(look: &Look, picture: &'p Picture) -> Self {
+        let developer = Developer::new(look, picture);
+        Self { picture: bloom::with_glare(picture, look.bloom), developer, bits: look.bits }
+    }
+
+    /// Appends the bytes of row `y`.
+    fn push_row(&self, y: usize, row: &mut Vec<u8>) {
+        let channels = self.picture.channels.len();
+        let width = self.picture.size[0] * channels;
+        for pixel in self.picture.data[y * width..][..width].chunks_exact(channels) {
+            let colour = self.developer.display([pixel[0], pixel[1], pixel[2]]);
+            match self.bits {
+                Bits::Eight => row.extend(colour.map(|v| (v * 255.0 + 0.5) as u8)),
+                Bits::Sixteen => colour.into_iter().for_each(|v| row.extend(((v * 65_535.0 + 0.5) as u16).to_be_bytes())),
+            }
+        }
+    }
+}
+
 /// Writes a picture, whose first three channels are red, green and blue, as PNG.
 ///
 /// # Errors
 /// If it cannot be written.
 pub fn write_png(to: impl Write, picture: &Picture, look: &Look, texts: &Texts) -> Result<()> {
-    let developer = Developer::new(look, picture);
-    let shown = bloom::with_glare(picture, look.bloom);
-    let width = picture.size[0] * picture.channels.len();
-    let texts = texts.with_look(look, &developer);
-    image::write_rows(to, picture.size, look.bits == Bits::Sixteen, texts.all(), |y, row| {
-        for pixel in shown.data[y * width..][..width].chunks_exact(picture.channels.len()) {
-            let colour = developer.display([pixel[0], pixel[1], pixel[2]]);
-            match look.bits {
-                Bits::Eight => row.extend(colour.map(|v| (v * 255.0 + 0.5) as u8)),
-                Bits::Sixteen => colour.into_iter().for_each(|v| row.extend(((v * 65_535.0 + 0.5) as u16).to_be_bytes())),
-            }
-        }
-    })
+    let developing = Developing::new(look, picture);
+    let texts = texts.with_look(look, &developing.developer);
+    let sixteen_bits = look.bits == Bits::Sixteen;
+    image::write_rows(to, picture.size, sixteen_bits, texts.all(), |y, row| developing.push_row(y, row))
 }
 
 /// Writes a layer in false colours as PNG.

@@ -64,7 +64,7 @@ pub(super) fn assemble(
     let motions: Vec<Arc<dyn Motion>> = motions.into_iter().map(Arc::from).collect();
     for PartCamera { span, camera, viewpoint, target, .. } in &cameras {
         // Where a camera is missing, it may be for another fault.
-        let unknown = overrides.without_camera || (span.is_none() && has_errors(found));
+        let unknown = overrides.without_camera || (span.is_none() && (overrides.may_lack_camera || has_errors(found)));
         if let (Some(camera), Some(gravity), false) = (camera, &gravity, unknown) {
             gravity.check_camera(camera.as_ref(), viewpoint, (*span, target.map(|target| target - origin)), found);
         }

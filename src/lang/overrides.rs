@@ -59,6 +59,8 @@ pub struct Overrides {
     pub variables: Variables,
     /// Whether the camera does not matter, so that it may stand anywhere.
     pub without_camera: bool,
+    /// Whether a scene that states no camera is none to be refused for where the camera then would stand: its rays may be all that is asked for.
+    pub may_lack_camera: bool,
     /// What is done about a picture that is too large for the memory that there is.
     pub too_large: TooLarge,
 }

@@ -259,6 +259,7 @@ fn flags_win_over_the_scene() {
         look: Default::default(),
         variables: Default::default(),
         without_camera: false,
+        may_lack_camera: false,
     };
     let scene = build_with(text, &overrides).ok().unwrap();
     assert_eq!((scene.film.resolution(), scene.film.crop(), scene.film.filename()), ([30, 20], [15, 30, 0, 10], "x.exr"));

@@ -37,12 +37,14 @@ pub(super) struct Picture {
 }
 
 /// How far it has come.
-pub(super) struct Reached {
+pub struct Reached {
+    /// What the picture under way is called among others, with a comma.
     pub name: String,
     /// Of the scene.
     pub percent: f64,
     /// Of all scenes.
     pub of_all: f64,
+    /// Samples a pixel: done, and to be done.
     pub spp: [u32; 2],
     /// Seconds.
     pub elapsed: f64,

@@ -1,15 +1,9 @@
 //! What is said of a ray, as a line of JSON or of comma-separated values.
 
-use super::{Answers, Asked, Format};
-use bhs_core::ray::{Arrival, Ray, RayEnd};
-use bhs_core::spacetime::{Place, Side};
-use bhs_engine::layer::VisibleSurface;
-use bhs_engine::scene::Scene;
-use bhs_engine::way::WayPoint;
-use bhs_layers::orbit::{Constants, impact_parameter, swept_angle};
-use bhs_layers::redshift;
+use super::followed::{Asked, Followed, Light, WayPoint, word};
+use super::{Answers, Format};
+use bhs_core::ray::Ray;
 use glam::DVec3;
-use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 /// The columns of answers in CSV.
@@ -19,87 +13,25 @@ pub(super) const COLUMNS: &str = "ox,oy,oz,dx,dy,dz,start_side,footprint,outcome
 /// The columns of points of ways in CSV.
 pub(super) const PATH_COLUMNS: &str = "ray,point,x,y,z,side,phi,time,redshift,dx,dy,dz\n";
 
-/// What is known of the light that arrives along a ray; `None` of what it does not have.
-struct Light {
-    /// Coordinate time from the surface to where the ray starts (scene units).
-    time: Option<f64>,
-    /// `nu_observed / nu_emitted`
-    redshift: Option<f64>,
-    /// Impact parameter (scene units).
-    b: Option<f64>,
-    constants: Option<Constants>,
-    /// Turns around the hole.
-    winding: Option<f64>,
-}
-
-impl Light {
-    /// That along `ray` (render space), which has come to `end`. `ratio`: wavelength at its start over that at E = 1.
-    fn of(scene: &Scene, ray: &Ray, end: RayEnd, ratio: Option<f64>) -> Self {
-        let seen = VisibleSurface::of_ray(scene, *ray, end, ratio.unwrap_or(f64::NAN));
-        Self {
-            time: scene.integrator.travel_time(&scene.world, ray),
-            redshift: redshift(&seen).filter(|g| g.is_finite()),
-            b: impact_parameter(&seen),
-            constants: Constants::of(&seen),
-            winding: swept_angle(&seen).map(|angle| angle / TAU),
-        }
-    }
-
-    /// Names and numbers, in the order in which they are written.
-    fn all(&self) -> [(&'static str, Option<f64>); 6] {
-        let Self { time, redshift, b, constants, winding } = self;
-        let (l, q) = constants.map_or((None, None), |c| (Some(c.angular_momentum), Some(c.carter)));
-        [("time", *time), ("redshift", *redshift), ("b", *b), ("L", l), ("Q", q), ("winding", *winding)]
-    }
-}
-
-/// The static observer's wavelength over that at E = 1 at `place`; `None` where nothing can stand still.
-fn static_ratio(scene: &Scene, place: Place, direction: DVec3) -> Option<f64> {
-    scene.observer(place).map(|observer| observer.ratio(direction))
-}
-
-/// The side in words.
-fn word(side: Side) -> &'static str {
-    match side {
-        Side::Near => "near",
-        Side::Far => "far",
-    }
-}
-
 impl Answers<'_> {
-    /// What becomes of the ray that is `asked` about, with the end of the last line. Numbers have 17 significant digits: enough to read the same bits
-    /// back. `number`: which one it is, counted from 0.
-    pub(super) fn answer(&self, asked: &Asked, number: u64) -> String {
-        let scene = self.scene;
-        let ray = Ray { origin: asked.ray.origin - scene.world.origin, ..asked.ray };
-        let (end, points) = match self.with_path {
-            true => scene.integrator.way(&scene.world, &ray),
-            false => (scene.integrator.trace(&scene.world, &ray), Vec::new()),
-        };
-        let start = Place { x: ray.origin, side: ray.side };
-        let ratio = asked.ratio.or_else(|| static_ratio(scene, start, ray.direction));
-        match (self.format, self.with_path) {
-            (Format::Json, _) => self.json(asked, &end, &Light::of(scene, &ray, end, ratio), (&points, ratio)),
-            (Format::Csv, true) => self.csv_path(number, &points, ratio),
-            (Format::Csv, false) => self.csv(asked, &end, &Light::of(scene, &ray, end, ratio)),
+    /// What becomes of the rays that are `asked` about, each with the end of its last line. Numbers have 17 significant digits: enough to read the same
+    /// bits back. `first`: which one the first of them is, counted from 0.
+    pub(super) fn answer(&self, asked: &[Asked], first: u64) -> Vec<String> {
+        if self.with_path {
+            return (first..).zip(asked).map(|(number, asked)| self.answer_with_path(asked, number)).collect();
         }
+        let write = |(asked, followed): (&Asked, &Followed)| match self.format {
+            Format::Json => self.json(asked, followed, None),
+            Format::Csv => self.csv(asked, followed),
+        };
+        asked.iter().zip(&Followed::all(self.scene, asked)).map(write).collect()
     }
 
-    fn to_world(self, x: DVec3) -> DVec3 {
-        x + self.scene.world.origin
-    }
-
-    /// Wavelength that the static observer at `point` has over that of who looks along the ray: how much bluer the light is there.
-    fn redshift_to(&self, point: &WayPoint, ratio: Option<f64>) -> Option<f64> {
-        static_ratio(self.scene, point.place, point.tangent).zip(ratio).map(|(there, here)| there / here)
-    }
-
-    /// The side on which a ray ends.
-    fn side(&self, end: &RayEnd) -> Option<Side> {
-        match end.arrival {
-            Arrival::Surface(hit) => Some(self.scene.world.side_of(hit.geometry)),
-            Arrival::Sky(_, side) => Some(side),
-            Arrival::Captured | Arrival::OutOfSteps => None,
+    fn answer_with_path(&self, asked: &Asked, number: u64) -> String {
+        let (followed, points) = Followed::with_way(self.scene, asked);
+        match self.format {
+            Format::Json => self.json(asked, &followed, Some(&points)),
+            Format::Csv => csv_path(number, &points),
         }
     }
 
@@ -108,41 +40,33 @@ impl Answers<'_> {
         self.shape_places.get(index as usize).map(String::as_str)
     }
 
-    /// The shape that a ray ends on: its number and what it is called.
-    fn shape(&self, end: &RayEnd) -> Option<(u32, Option<&str>)> {
-        let Arrival::Surface(hit) = end.arrival else { return None };
-        let index = self.scene.shapes[hit.geometry as usize].index;
-        Some((index, self.shape_names.get(index as usize).map(String::as_str)))
+    /// What the `Shape` directive number `index` is called.
+    fn shape_name(&self, index: u32) -> Option<&str> {
+        self.shape_names.get(index as usize).map(String::as_str)
     }
 
-    fn json(&self, asked: &Asked, end: &RayEnd, light: &Light, (points, ratio): (&[WayPoint], Option<f64>)) -> String {
-        let mut json = String::from("{\"outcome\":");
-        let _ = write!(json, "\"{}\"", outcome(end));
-        match end.arrival {
-            Arrival::Surface(hit) => {
-                json += ",\"point\":";
-                push_vector(&mut json, self.to_world(hit.point));
-                json += ",\"direction\":";
-                push_vector(&mut json, hit.direction);
+    /// `path`: the points of its way.
+    fn json(&self, asked: &Asked, followed: &Followed, path: Option<&[WayPoint]>) -> String {
+        let Followed { outcome, point, direction, shape, side, phi, steps, queries, light } = followed;
+        // Writing to a string cannot fail.
+        let mut json = format!("{{\"outcome\":\"{outcome}\"");
+        for (name, vector) in [("point", point), ("direction", direction)] {
+            if let Some(vector) = vector {
+                let _ = write!(json, ",\"{name}\":");
+                push_vector(&mut json, *vector);
             }
-            Arrival::Sky(direction, _) => {
-                json += ",\"direction\":";
-                push_vector(&mut json, direction);
-            }
-            Arrival::Captured | Arrival::OutOfSteps => {}
         }
-        if let Some((index, name)) = self.shape(end) {
-            // Writing to a string cannot fail.
-            let _ = write!(json, ",\"shape\":{index},\"shape_name\":{}", serde_json::json!(name));
+        if let Some(index) = *shape {
+            let _ = write!(json, ",\"shape\":{index},\"shape_name\":{}", serde_json::json!(self.shape_name(index)));
             if let Some(place) = self.shape_place(index) {
                 let _ = write!(json, ",\"shape_place\":{}", serde_json::json!(place));
             }
         }
-        if let Some(side) = self.side(end).filter(|_| self.scene.world.spacetime().has_far_side()) {
+        if let Some(side) = side.filter(|_| self.scene.world.spacetime().has_far_side()) {
             let _ = write!(json, ",\"side\":\"{}\"", word(side));
         }
-        let _ = write!(json, ",\"phi\":{:.16e},\"steps\":{},\"queries\":{}", end.swept, end.cost.steps, end.cost.queries);
-        for (name, number) in light.all() {
+        let _ = write!(json, ",\"phi\":{phi:.16e},\"steps\":{steps},\"queries\":{queries}");
+        for (name, number) in Light::NAMES.iter().zip(light.numbers()) {
             let _ = write!(json, ",\"{name}\":");
             push_number(&mut json, number);
         }
@@ -154,27 +78,22 @@ impl Answers<'_> {
             push_vector(&mut json, direction);
             let _ = write!(json, ",\"side\":\"{}\",\"footprint\":{footprint:.16e}}}", word(side));
         }
-        if self.with_path {
-            push_list(&mut json, "path", points, |json, p| push_vector(json, self.to_world(p.place.x)));
-            push_list(&mut json, "path_phi", points, |json, p| push_number(json, Some(p.swept)));
+        if let Some(points) = path {
+            push_list(&mut json, "path", points, |json, p| push_vector(json, p.point));
+            push_list(&mut json, "path_phi", points, |json, p| push_number(json, Some(p.phi)));
             push_list(&mut json, "path_time", points, |json, p| push_number(json, p.time));
-            push_list(&mut json, "path_redshift", points, |json, p| push_number(json, self.redshift_to(p, ratio)));
+            push_list(&mut json, "path_redshift", points, |json, p| push_number(json, p.redshift));
         }
         json += "}\n";
         json
     }
 
-    fn csv(&self, asked: &Asked, end: &RayEnd, light: &Light) -> String {
+    fn csv(&self, asked: &Asked, followed: &Followed) -> String {
         let mut line = String::new();
         let Ray { origin, direction, side, footprint, .. } = asked.ray;
         push_values(&mut line, &[origin, direction]);
-        let _ = write!(line, "{},{footprint:.16e},{}", word(side), outcome(end));
-        let (point, direction) = match end.arrival {
-            Arrival::Surface(hit) => (Some(self.to_world(hit.point)), Some(hit.direction)),
-            Arrival::Sky(direction, _) => (None, Some(direction)),
-            Arrival::Captured | Arrival::OutOfSteps => (None, None),
-        };
-        for v in [point, direction] {
+        let _ = write!(line, "{},{footprint:.16e},{}", word(side), followed.outcome);
+        for v in [followed.point, followed.direction] {
             match v {
                 Some(v) => {
                     let _ = write!(line, ",{:.16e},{:.16e},{:.16e}", v.x, v.y, v.z);
@@ -182,45 +101,36 @@ impl Answers<'_> {
                 None => line += ",,,",
             }
         }
-        match self.shape(end) {
-            Some((index, name)) => {
+        match followed.shape {
+            Some(index) => {
                 let place = self.shape_place(index).map(quoted).unwrap_or_default();
-                let _ = write!(line, ",{index},{},{place}", name.unwrap_or_default());
+                let _ = write!(line, ",{index},{},{place}", self.shape_name(index).unwrap_or_default());
             }
             None => line += ",,,",
         }
-        let side = self.side(end).map_or("", word);
-        let _ = write!(line, ",{side},{:.16e},{},{}", end.swept, end.cost.steps, end.cost.queries);
-        for (_, number) in light.all() {
+        let side = followed.side.map_or("", word);
+        let _ = write!(line, ",{side},{:.16e},{},{}", followed.phi, followed.steps, followed.queries);
+        for number in followed.light.numbers() {
             push_value(&mut line, number);
         }
         line += "\n";
         line
     }
-
-    /// One line a point.
-    fn csv_path(&self, number: u64, points: &[WayPoint], ratio: Option<f64>) -> String {
-        let mut lines = String::new();
-        for (k, point) in points.iter().enumerate() {
-            let _ = write!(lines, "{number},{k},");
-            push_values(&mut lines, &[self.to_world(point.place.x)]);
-            let _ = write!(lines, "{},{:.16e}", word(point.place.side), point.swept);
-            push_value(&mut lines, point.time);
-            push_value(&mut lines, self.redshift_to(point, ratio));
-            let DVec3 { x, y, z } = point.tangent;
-            let _ = writeln!(lines, ",{x:.16e},{y:.16e},{z:.16e}");
-        }
-        lines
-    }
 }
 
-fn outcome(end: &RayEnd) -> &'static str {
-    match end.arrival {
-        Arrival::Surface(_) => "hit",
-        Arrival::Sky(..) => "escaped",
-        Arrival::Captured => "captured",
-        Arrival::OutOfSteps => "out of steps",
+/// One line a point of the way of the ray `number`.
+fn csv_path(number: u64, points: &[WayPoint]) -> String {
+    let mut lines = String::new();
+    for (k, point) in points.iter().enumerate() {
+        let _ = write!(lines, "{number},{k},");
+        push_values(&mut lines, &[point.point]);
+        let _ = write!(lines, "{},{:.16e}", word(point.side), point.phi);
+        push_value(&mut lines, point.time);
+        push_value(&mut lines, point.redshift);
+        let DVec3 { x, y, z } = point.direction;
+        let _ = writeln!(lines, ",{x:.16e},{y:.16e},{z:.16e}");
     }
+    lines
 }
 
 /// A list of something of each point.

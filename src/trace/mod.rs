@@ -2,26 +2,30 @@
 
 use crate::job::Job;
 use anyhow::{Context, Result, bail};
-use bhs_core::ray::Ray;
-use bhs_core::spacetime::{Place, Side};
-use bhs_engine::connections::{Connections, ShadowRay};
+use bhs_core::spacetime::Side;
+use bhs_engine::connections::Connections;
 use bhs_engine::scene::Scene;
 use columns::{Columns, Fault, Field, numbers, optional};
-use glam::{DVec2, DVec3, Vec2};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt::Write as _;
 use std::io::{BufRead, Read, Write};
 
 mod answer;
 mod columns;
+pub mod followed;
 
 use answer::{COLUMNS, PATH_COLUMNS, push_vector};
+use followed::{Asked, Joined, joined};
 
 /// Rays that are read, traced in parallel and written together.
 const BATCH: usize = 4096;
 
 /// The same where answers have the points of the way, of which a ray may have very many.
 const BATCH_OF_PATHS: usize = 64;
+
+/// Parts of a batch that threads take one after the other: the rays of one are followed together.
+const PARTS: usize = 128;
 
 /// The longest line that is read (bytes).
 const LONGEST_LINE: u64 = 1 << 16;
@@ -66,14 +70,6 @@ impl<'a> Answers<'a> {
     }
 }
 
-/// A ray that is asked about.
-struct Asked {
-    /// In world space.
-    ray: Ray,
-    /// Wavelength over that at E = 1 as a camera there measures it; `None` if it is no camera's ray: then the static observer's.
-    ratio: Option<f64>,
-}
-
 /// Reads rays (world coordinates, chart directions of any length) from `rays`, one a line, follows each through the scene and writes what becomes of it,
 /// in input order. Columns are `ox,oy,oz,dx,dy,dz`; a line that names them may have them in another order, and `side` and `footprint` (scene units)
 /// beside them. Empty lines and lines that begin with `#` are passed over. What is said of a camera ray is what its picture sees, if origin, direction
@@ -86,7 +82,7 @@ pub fn trace(answers: &Answers, rays: impl BufRead, out: &mut impl Write) -> Res
     let mut columns = Columns::new(&["ox", "oy", "oz", "dx", "dy", "dz"], &["side", "footprint"]);
     let parse = |line: &str| columns.read(line)?.map(|fields| parse_ray(&fields)).transpose();
     out.write_all(answers.header().as_bytes())?;
-    answer_lines(rays, batch, parse, |ray, number| answers.answer(ray, number), out)
+    answer_lines(rays, batch, parse, |rays, first| answers.answer(rays, first), out)
 }
 
 /// Follows the rays through the centres of `pixels` of the camera of `job` and writes what becomes of each, in their order. Their light is measured by
@@ -96,12 +92,10 @@ pub fn trace(answers: &Answers, rays: impl BufRead, out: &mut impl Write) -> Res
 /// If `out` cannot be written.
 pub fn trace_pixels(answers: &Answers, job: &Job, pixels: &[[u32; 2]], out: &mut impl Write) -> Result<()> {
     out.write_all(answers.header().as_bytes())?;
-    for (number, [x, y]) in (0..).zip(pixels) {
-        let raster = DVec2::new(f64::from(*x) + 0.5, f64::from(*y) + 0.5);
-        let (ray, ratio) = job.camera_ray(raster, Vec2::splat(0.5));
-        let asked =
-            Asked { ray: Ray { origin: ray.origin + answers.scene.world.origin, ..ray }, ratio: ratio.or(Some(f64::NAN)) };
-        out.write_all(answers.answer(&asked, number).as_bytes())?;
+    for (number, pixel) in (0..).zip(pixels) {
+        for answer in answers.answer(&[Asked::pixel(job, *pixel)], number) {
+            out.write_all(answer.as_bytes())?;
+        }
     }
     Ok(out.flush()?)
 }
@@ -115,7 +109,8 @@ pub fn connect(scene: &Scene, pairs: impl BufRead, out: &mut impl Write) -> Resu
     let Some(connections) = scene.integrator.connections() else { bail!("the integrator cannot connect points") };
     let mut columns = Columns::new(&["x1", "y1", "z1", "x2", "y2", "z2"], &[]);
     let parse = |line: &str| columns.read(line)?.map(|fields| parse_pair(&fields)).transpose();
-    answer_lines(pairs, BATCH, parse, |pair, _| connection_answer(scene, connections, pair), out)
+    let answer = |pairs: &[[DVec3; 2]], _| pairs.iter().map(|pair| connection_answer(scene, connections, pair)).collect();
+    answer_lines(pairs, BATCH, parse, answer, out)
 }
 
 /// The next line, without its end; `None` behind the last one.
@@ -131,12 +126,13 @@ fn next_line(from: &mut impl BufRead) -> Result<Option<String>> {
     Ok(Some(String::from_utf8(line).context("it is not text")?))
 }
 
-/// Reads `lines`, answers `batch` of them at a time in parallel and writes the answers in their order. Each is told which one it is.
+/// Reads `lines`, answers `batch` of them at a time in parallel and writes the answers in their order. `answer` is given some that follow one another, and
+/// told which one the first of them is.
 fn answer_lines<T: Sync + Send>(
     mut lines: impl BufRead,
     batch: usize,
     mut parse: impl FnMut(&str) -> Result<Option<T>, Fault>,
-    answer: impl Fn(&T, u64) -> String + Sync,
+    answer: impl Fn(&[T], u64) -> Vec<String> + Sync,
     out: &mut impl Write,
 ) -> Result<()> {
     let (mut number, mut answered) = (0_u64, 0_u64);
@@ -157,8 +153,9 @@ fn answer_lines<T: Sync + Send>(
                 Err(error) => fault = Some(error.context(format!("line {number}"))),
             }
         }
-        let answer = |(i, asked): (usize, &T)| answer(asked, answered + i as u64);
-        let answers: Vec<String> = asked.par_iter().enumerate().map(answer).collect();
+        let together = batch.div_ceil(PARTS);
+        let answer = |(i, asked): (usize, &[T])| answer(asked, answered + (i * together) as u64);
+        let answers: Vec<String> = asked.par_chunks(together).enumerate().flat_map_iter(answer).collect();
         answered += answers.len() as u64;
         for answer in &answers {
             out.write_all(answer.as_bytes())?;
@@ -170,9 +167,6 @@ fn answer_lines<T: Sync + Send>(
         }
     }
 }
-
-/// A direction whose square is this close to 1 is of length 1 but for rounding, and is taken as it is.
-const UNIT: f64 = 4.0 * f64::EPSILON;
 
 fn parse_ray(fields: &[Field]) -> Result<Asked, Fault> {
     let origin = DVec3::from(numbers(fields, ["ox", "oy", "oz"])?);
@@ -193,9 +187,7 @@ fn parse_ray(fields: &[Field]) -> Result<Asked, Fault> {
             .filter(|width| *width >= 0.0)
             .ok_or_else(|| field.fault(format!("`{}` is no footprint: a length, or 0 if it is unknown", field.text)))?,
     };
-    let unit = if (direction.length_squared() - 1.0).abs() < UNIT { Some(direction) } else { direction.try_normalize() };
-    let direction = unit.ok_or_else(|| Fault::whole("the direction is zero"))?;
-    Ok(Asked { ray: Ray { side, footprint, ..Ray::new(origin, direction) }, ratio: None })
+    Asked::ray(origin, direction, side, footprint).map_err(Fault::whole)
 }
 
 fn parse_pair(fields: &[Field]) -> Result<[DVec3; 2], Fault> {
@@ -206,24 +198,16 @@ fn parse_pair(fields: &[Field]) -> Result<[DVec3; 2], Fault> {
 
 /// All connections of a pair, as one JSON object and a line end.
 fn connection_answer(scene: &Scene, connections: &dyn Connections, pair: &[DVec3; 2]) -> String {
-    let [x, y] = pair.map(|p| p - scene.world.origin);
     let mut json = String::from("{\"connections\":[");
-    for turn in 0..connections.turns() {
-        for (side, c) in connections.connect(&scene.world, Place::near(x), Place::near(y), turn).into_iter().enumerate() {
-            let Some(c) = c else { continue };
-            if !json.ends_with('[') {
-                json.push(',');
-            }
-            // From the very points: if they lie on surfaces, those do not block.
-            let ray = ShadowRay { start: Ray::new(x, c.launch), from: x, to: Place::near(y), target: None, connection: c };
-            let mut occluded = [false];
-            connections.occluded_all(&scene.world, &[ray], &mut occluded);
-            let _ = write!(json, "{{\"image\":{},\"phi\":{:.16e},\"launch\":", 2 * turn as usize + side, c.phi);
-            push_vector(&mut json, c.launch);
-            json += ",\"arrival\":";
-            push_vector(&mut json, c.arrival);
-            let _ = write!(json, ",\"spread\":{:.16e},\"blocked\":{}}}", c.spread, occluded[0]);
+    for Joined { image, connection, is_blocked } in joined(scene, connections, *pair) {
+        if !json.ends_with('[') {
+            json.push(',');
         }
+        let _ = write!(json, "{{\"image\":{image},\"phi\":{:.16e},\"launch\":", connection.phi);
+        push_vector(&mut json, connection.launch);
+        json += ",\"arrival\":";
+        push_vector(&mut json, connection.arrival);
+        let _ = write!(json, ",\"spread\":{:.16e},\"blocked\":{is_blocked}}}", connection.spread);
     }
     json += "]}\n";
     json

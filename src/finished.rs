@@ -7,14 +7,17 @@ use crate::header::{self, Facts};
 use crate::image::{Attribute, Picture};
 use crate::lang::BuiltScene;
 use crate::layers::LayerPicture;
-use crate::render::Rendered;
+use crate::not_finite;
+use crate::render::{Ended, Rendered};
+use crate::stats::{Phases, counters_to_json, missed_connections, peak_memory, points_to_json};
 use anyhow::Result;
+use serde_json::json;
 use std::borrow::Cow;
 
 /// What has been rendered, as it is written.
-pub(super) struct Finished<'r> {
+pub struct Finished {
     /// Where it comes from.
-    pub rendered: &'r Rendered,
+    pub rendered: Rendered,
     /// The channels of the film.
     pub picture: Picture,
     /// Its layers as files have them.
@@ -23,11 +26,11 @@ pub(super) struct Finished<'r> {
     denoised: Option<(String, Picture)>,
 }
 
-impl<'r> Finished<'r> {
+impl Finished {
     /// As it was rendered.
-    pub fn of(rendered: &'r Rendered) -> Self {
+    pub fn of(rendered: &Rendered) -> Self {
         let layers = rendered.frame.layers().into_iter().map(LayerPicture::as_in_files).collect();
-        Self { rendered, picture: rendered.frame.picture(), layers, denoised: None }
+        Self { rendered: rendered.clone(), picture: rendered.frame.picture(), layers, denoised: None }
     }
 
     /// The same without its noise.
@@ -90,7 +93,7 @@ impl<'r> Finished<'r> {
     /// What its header says.
     pub fn attributes(&self, built: &BuiltScene) -> Vec<(String, Attribute)> {
         let denoised = self.denoised.iter().map(|(name, _)| (header::DENOISED.to_owned(), Attribute::Text(name.clone())));
-        header::attributes(&Facts::of(built), self.rendered).into_iter().chain(denoised).collect()
+        header::attributes(&Facts::of(built), &self.rendered).into_iter().chain(denoised).collect()
     }
 }
 
@@ -98,7 +101,7 @@ impl<'r> Finished<'r> {
 ///
 /// # Errors
 /// What there is instead.
-pub(super) fn find_layer(built: &BuiltScene, is_denoised: bool, name: &str) -> Result<Found, String> {
+pub fn find_layer(built: &BuiltScene, is_denoised: bool, name: &str) -> Result<Found, String> {
     let known: Vec<Known> = built.layers.iter().map(|layer| (layer.name, layer.format)).collect();
     let film = built.film.channels();
     let mut names: Vec<&str> = film.iter().map(String::as_str).collect();
@@ -109,4 +112,60 @@ pub(super) fn find_layer(built: &BuiltScene, is_denoised: bool, name: &str) -> R
         names.extend(STARS.iter().filter(|_| draws_stars));
     }
     channels::find(&names, name, &known)
+}
+
+/// What a render took, as JSON.
+pub fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> serde_json::Value {
+    let mut all = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": built.hash,
+        "seed": built.seed,
+        "integrator": built.integrator_name,
+        "transport": built.transport_name,
+        "camera": built.camera_name,
+        "variables": serde_json::Map::from_iter(built.variables.iter().map(|(name, value)| (name.clone(), json!(value)))),
+        "samples_per_pixel": rendered.samples,
+        "most_samples_per_pixel": rendered.most_samples,
+        "mean_samples_per_pixel": rendered.frame.samples() as f64 / rendered.frame.pixel_count().max(1) as f64,
+        "noise": rendered.noise.map(|found| json!({ "rms": found.rms, "pixels_above": found.above })),
+        "interrupted": matches!(rendered.ended, Ended::Stopped(_)),
+        "stopped": rendered.ended.name(),
+        "seconds": phases.to_json(),
+        "processor_seconds": phases.processor_to_json(),
+        "peak_memory_bytes": peak_memory(),
+        "instances": built.load.instances,
+        "triangles": built.load.triangles,
+        "zero_area_triangles_dropped": built.load.zero_area_triangles,
+        "counts": counters_to_json(&rendered.counters),
+        "not_finite": not_finite::to_json(rendered.counters.not_finite, &rendered.not_finite, &rendered.frame),
+    });
+    if let Some(points) = rendered.frame.points() {
+        all["stars"] = points_to_json(&points.counters);
+    }
+    all
+}
+
+/// Share of rays to light samples from which on it is told that they were not found: the picture has more noise then. `--stats` has any.
+const TOLD: f64 = 0.25;
+
+/// What is said of a render that has ended: notes and warnings.
+pub fn notes(rendered: &Rendered) -> Vec<String> {
+    let c = &rendered.counters;
+    let mut notes = Vec::new();
+    let missed = missed_connections(c);
+    if missed.iter().any(|share| *share >= TOLD) {
+        let shares: Vec<String> = missed.iter().map(|share| format!("{:.1} %", 100.0 * share)).collect();
+        let sought = c.connections_sought;
+        notes.push(format!(
+            "note: of {sought} light samples the rays were not found, image by image, for {}; their light is left to BSDF sampling, with more noise",
+            shares.join(", ")
+        ));
+    }
+    if c.out_of_steps > 0 {
+        notes.push(format!(
+            "warning: {} rays ran out of steps and count as black; raise the integrator's `maxsteps`",
+            c.out_of_steps
+        ));
+    }
+    notes
 }
