@@ -6,7 +6,7 @@ use crate::common::{read, root};
 use std::path::Path;
 
 /// Folders whose Rust files are the project's.
-const FOLDERS: [&str; 7] = ["src", "plugins", "tests", "benches", "examples", "fuzz", "setup"];
+const FOLDERS: [&str; 8] = ["src", "plugins", "tests", "benches", "examples", "fuzz", "python", "setup"];
 
 /// Files that may have more lines than others: none.
 const LONG: [&str; 0] = [];
