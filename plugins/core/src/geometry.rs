@@ -3,7 +3,7 @@
 //! Render space is world space moved so that the scene lies near the origin; positions are `f64` but for the vertices of
 //! meshes, which are stored (and traced) as `f32`.
 
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::sync::Arc;
 
 pub mod instance;
@@ -129,6 +129,8 @@ pub struct SurfaceGeometry {
     pub shading_normal: DVec3,
     /// Texture coordinates.
     pub uv: Vec2,
+    /// Colour and opacity that its vertices give it (linear sRGB); 1 where they give none.
+    pub colour: Vec4,
 }
 
 /// A point drawn from a surface.

@@ -5,15 +5,25 @@
 //! is that of the radiance transported towards the camera: refraction includes the factor `1/eta^2`.
 
 use crate::spectrum::{N_LAMBDA, SampledSpectrum};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 /// What a material may know of the point that it shades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shading {
     /// Texture coordinates.
     pub uv: Vec2,
+    /// Colour and opacity that the vertices of a mesh give it (linear sRGB); 1 where they give none.
+    pub colour: Vec4,
     /// Wavelengths of the path as they are at this point (nm).
     pub lambda_nm: [f32; N_LAMBDA],
+}
+
+impl Shading {
+    /// A point whose vertices give it no colour.
+    #[inline]
+    pub fn new(uv: Vec2, lambda_nm: [f32; N_LAMBDA]) -> Self {
+        Self { uv, colour: Vec4::ONE, lambda_nm }
+    }
 }
 
 /// A direction that a material chose.

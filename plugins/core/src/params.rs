@@ -5,54 +5,29 @@
 //! has run, the program (not the plugin) calls [`Params::finish`] and reports what nobody asked for. Building with an empty
 //! list yields the plugin's parameter table.
 //!
-//! `from_param` has the Rust types that parameters are read as, `spectra` the parameters that are spectra, `textures` those that may be
+//! `files` has the files that plugins read, `from_param` the Rust types that parameters are read as, `spectra` the parameters that are spectra, `textures` those that may be
 //! textures, `named` what a scene gives names.
 
 use crate::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
 use crate::spectrum::{Spectrum, SpectrumRole};
 use crate::value::{Param, ParamType};
 use glam::DAffine3;
-use std::any::{Any, TypeId};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
+mod files;
 mod from_param;
 mod named;
 mod spectra;
 mod textures;
 
+pub use files::{Decode, Decoded, Files, share};
 pub use from_param::{FromParam, Normal3, Point2, Point3, Vector3};
 pub use named::{Named, Nameless};
 pub use spectra::Constant;
-
-/// Files as plugins see them: the contract does no input or output itself.
-pub trait Files {
-    /// The whole content of the file that the text at `span` calls `path`; a relative path starts at the folder of the file
-    /// that `span` lies in.
-    ///
-    /// # Errors
-    /// What is wrong with the file, in words that can follow "cannot read `path`: ".
-    fn read(&self, path: &str, span: Span) -> Result<Vec<u8>, String>;
-
-    /// What `decode` makes of that content, which is of the type `kind`. Where several scenes are made one after the other, such as the frames of an
-    /// animation, it may be what was made of the same content before: see [`Context::decode`].
-    ///
-    /// # Errors
-    /// As [`Files::read`], and what `decode` finds wrong.
-    fn decode(&self, path: &str, span: Span, kind: TypeId, decode: Decode) -> Result<Decoded, String> {
-        let _ = kind;
-        decode(&self.read(path, span)?)
-    }
-}
-
-/// What has been made of a file.
-pub type Decoded = Arc<dyn Any + Send + Sync>;
-
-/// Makes something of a file's content, or says what is wrong with it.
-pub type Decode<'a> = &'a dyn Fn(&[u8]) -> Result<Decoded, String>;
 
 /// Makes spectra from parameters; implemented by the program over the spectrum plugins.
 pub trait SpectrumSource {
@@ -99,23 +74,6 @@ pub struct Context<'a> {
     pub lambda_range: [f32; 2],
     /// The seed of the render.
     pub seed: u64,
-}
-
-impl Context<'_> {
-    /// What `decode` makes of the file that the text at `span` calls `path`. It depends on the content alone, and there is one way to make a `T`:
-    /// frames of an animation share what is made.
-    ///
-    /// # Errors
-    /// What is wrong with the file, in words that can follow "cannot read `path`: ".
-    pub fn decode<T: Any + Send + Sync>(
-        &self,
-        path: &str,
-        span: Span,
-        decode: impl Fn(&[u8]) -> Result<T, String>,
-    ) -> Result<Arc<T>, String> {
-        let made = self.files.decode(path, span, TypeId::of::<T>(), &|bytes| Ok(Arc::new(decode(bytes)?)))?;
-        made.downcast().map_err(|_| "it is kept as something else, which is a fault of bhs".to_owned())
-    }
 }
 
 /// Parameters that stand in for those which a plugin's own list does not give.

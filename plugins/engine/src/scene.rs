@@ -239,7 +239,7 @@ impl Scene {
             observer,
             ratio,
             radiance_factor: self.radiance_factor(ratio),
-            shading: Shading { uv: surface.uv, lambda_nm: lambda.at(ratio as f32) },
+            shading: Shading { uv: surface.uv, colour: surface.colour, lambda_nm: lambda.at(ratio as f32) },
             material: &*binding.material,
             emitter: binding.emitter.map(|e| &self.light_sampler.emitters[e as usize]),
             wo: to_shading(wo),

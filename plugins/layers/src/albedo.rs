@@ -19,8 +19,9 @@
 use crate::reflectance::{Colors, Table};
 use bhs_core::Plugin;
 use bhs_core::camera::Film;
-use bhs_core::material::Material;
+use bhs_core::material::{Material, Shading};
 use bhs_core::params::Params;
+use bhs_core::spectrum::N_LAMBDA;
 use bhs_engine::layer::{Display, Layer, LayerFormat, Value, VisibleSurface, read_first_surface};
 use bhs_engine::scene::Scene;
 use std::sync::Arc;
@@ -73,13 +74,14 @@ impl AlbedoOfScene {
             Some(table) => {
                 let material = &*seen.scene.shapes[hit.geometry as usize].material;
                 let cos = Scene::cos_to_viewer(observer, hit, surface);
-                self.tables[table as usize].at(cos, |wo| self.colors.of(material, surface.uv, wo, 1.0))
+                let at = Shading::new(surface.uv, [0.0; N_LAMBDA]);
+                self.tables[table as usize].at(cos, |wo| self.colors.of(material, &at, wo, 1.0))
             }
             // Which wavelengths the vertex has does not matter: they are replaced.
             None => seen
                 .scene
                 .vertex(*hit, self.colors.some_wavelengths())
-                .map_or([0.0; 3], |vertex| self.colors.of(vertex.material, vertex.shading.uv, vertex.wo, shift)),
+                .map_or([0.0; 3], |vertex| self.colors.of(vertex.material, &vertex.shading, vertex.wo, shift)),
         };
         Some(value)
     }

@@ -4,7 +4,7 @@ use bhs_core::camera::Film;
 use bhs_core::material::{Material, Shading};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
 use bhs_engine::layer::Value;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::f32::consts::TAU;
 use std::sync::OnceLock;
 
@@ -44,11 +44,11 @@ impl Colors {
         &self.wavelengths[0]
     }
 
-    /// The colour of a material seen from `wo` (shading frame), at `shift` times the wavelengths that are seen.
-    pub fn of(&self, material: &dyn Material, uv: Vec2, wo: Vec3, shift: f64) -> Value {
+    /// The colour of a material at a point, whose wavelengths are replaced, seen from `wo` (shading frame), at `shift` times the wavelengths that are seen.
+    pub fn of(&self, material: &dyn Material, at: &Shading, wo: Vec3, shift: f64) -> Value {
         let mut sum = [0.0; 3];
         for (lambda, colors) in self.wavelengths.iter().zip(&self.colors) {
-            let at = Shading { uv, lambda_nm: lambda.at(shift as f32) };
+            let at = Shading { lambda_nm: lambda.at(shift as f32), ..*at };
             for (reflectance, color) in material.reflectance(&at, wo).0.into_iter().zip(colors) {
                 (0..3).for_each(|c| sum[c] += f64::from(reflectance) * color[c]);
             }
@@ -105,7 +105,7 @@ pub mod tests {
     use bhs_core::params::{Context, Files, Nameless, Params};
     use bhs_core::value::{Param, ParamType, Values};
     use bhs_spectra::Builder;
-    use glam::DAffine3;
+    use glam::{DAffine3, Vec2};
 
     struct NoFiles;
 
@@ -151,7 +151,7 @@ pub mod tests {
         let material = (material.build)(&params).expect("without fault");
         assert!(params.finish().0.is_empty() && material.is_uniform(), "{name}");
         let (colors, table) = (Colors::new(&*film), Table::default());
-        let exact = |wo| colors.of(&*material, Vec2::ZERO, wo, 1.0);
+        let exact = |wo| colors.of(&*material, &Shading::new(Vec2::ZERO, [0.0; N_LAMBDA]), wo, 1.0);
         let mut worst = [0.0f64; 2];
         for i in 0..400 {
             let cos = (0.02 + 0.98 * (i as f32 + 0.3) / 400.0).copysign(if i % 2 == 0 { 1.0 } else { -1.0 });

@@ -16,6 +16,7 @@ mod interface;
 pub mod microfacet;
 mod mirror;
 mod mix;
+mod principled;
 pub mod rough_interface;
 mod roughness;
 mod thindielectric;
@@ -31,6 +32,7 @@ pub const ALL: &[Plugin<dyn Material>] = &[
     interface::PLUGIN,
     mirror::PLUGIN,
     mix::PLUGIN,
+    principled::PLUGIN,
     thindielectric::PLUGIN,
 ];
 

@@ -37,6 +37,7 @@ fn samples_have_their_density() {
         ("paper".to_owned(), build("diffusetransmission", &[float("reflectance", 0.6), float("transmittance", 0.2)])),
         ("mix".to_owned(), build("mix", &[texts("materials", &["gold", "glass"]), float("amount", 0.4)])),
     ]);
+    materials.extend(support::principled_rows());
     let cases: Vec<_> = materials.iter().flat_map(|m| outgoing().into_iter().map(move |wo| (m, wo))).collect();
     let level = sidak(cases.len());
     let mut p_values = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::{Aabb, SurfaceGeometry};
 use crate::sampling::uniform_triangle;
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2, Vec4};
 
 /// Triangles with shared vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,6 +15,8 @@ pub struct TriangleMesh {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates of the vertices, or empty.
     pub uvs: Vec<[f32; 2]>,
+    /// Colours of the vertices and how opaque they are (linear sRGB), or empty.
+    pub colours: Vec<[f32; 4]>,
     /// Whether the second and the third corner of every triangle have changed places since its author wrote it: what texture coordinates
     /// it has without `uvs` depends on their order.
     pub flipped: bool,
@@ -74,7 +76,11 @@ impl TriangleMesh {
             None => [DVec2::ZERO, DVec2::X, DVec2::ONE][i],
         };
         let uv = (0..3).map(|i| corner_uv(i) * weights[i]).sum::<DVec2>().as_vec2();
-        SurfaceGeometry { normal, shading_normal, uv }
+        let colour = match self.colours.is_empty() {
+            true => Vec4::ONE,
+            false => (0..3).map(|i| Vec4::from_array(self.colours[v[i] as usize]) * weights[i] as f32).sum(),
+        };
+        SurfaceGeometry { normal, shading_normal, uv, colour }
     }
 }
 
@@ -89,6 +95,8 @@ pub struct WorldMesh {
     pub normals: Vec<[f32; 3]>,
     /// See [`TriangleMesh::uvs`].
     pub uvs: Vec<[f32; 2]>,
+    /// See [`TriangleMesh::colours`].
+    pub colours: Vec<[f32; 4]>,
     /// See [`TriangleMesh::flipped`].
     pub flipped: bool,
 }
@@ -106,8 +114,8 @@ impl WorldMesh {
             n.is_finite() && n.length_squared() > 0.0
         });
         let dropped = before - self.triangles.len();
-        let Self { triangles, normals, uvs, flipped, .. } = self;
-        let mesh = TriangleMesh { positions, triangles, normals, uvs, flipped };
+        let Self { triangles, normals, uvs, colours, flipped, .. } = self;
+        let mesh = TriangleMesh { positions, triangles, normals, uvs, colours, flipped };
         (mesh, dropped)
     }
 

@@ -129,7 +129,19 @@ impl Params<'_> {
 
     /// The part `name` of a texture, of the kind that is being made.
     pub fn texture_input(&self, name: &'static str, default: f32, about: &'static str) -> TextureInput {
-        let kind = self.context().named.kind();
+        self.texture_input_as(self.context().named.kind(), name, default, about)
+    }
+
+    /// The same for a part that something else is multiplied with: of light it is no light itself, lest the illuminant count twice.
+    pub fn texture_factor(&self, name: &'static str, default: f32, about: &'static str) -> TextureInput {
+        let kind = match self.context().named.kind() {
+            TextureKind::Spectrum(SpectrumRole::Emission) => TextureKind::Spectrum(SpectrumRole::Unbounded),
+            kind => kind,
+        };
+        self.texture_input_as(kind, name, default, about)
+    }
+
+    fn texture_input_as(&self, kind: TextureKind, name: &'static str, default: f32, about: &'static str) -> TextureInput {
         let ty = match kind {
             TextureKind::Spectrum(_) => SPECTRUM_OR_TEXTURE,
             TextureKind::Float => "float, texture",

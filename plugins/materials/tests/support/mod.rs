@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// A point with four wavelengths over the visible range.
-pub const AT: Shading = Shading { uv: Vec2::ZERO, lambda_nm: [450.0, 520.0, 589.0, 650.0] };
+pub const AT: Shading = Shading { uv: Vec2::ZERO, colour: glam::Vec4::ONE, lambda_nm: [450.0, 520.0, 589.0, 650.0] };
 
 struct NoFiles;
 
@@ -154,6 +154,26 @@ pub fn rough_glass(alpha: f64) -> Box<dyn Material> {
 pub fn coated(reflectance: f64, alpha: f64, thickness: f64) -> Box<dyn Material> {
     let coat = [float("roughness", alpha), boolean("remaproughness", false), float("thickness", thickness)];
     build("coateddiffuse", &[&coat[..], &[float("reflectance", reflectance)]].concat())
+}
+
+/// What glTF describes, with no smooth part: each lobe alone, and all of them together.
+pub fn principled_rows() -> Vec<(String, Box<dyn Material>)> {
+    let row = |name: &str, values: &[(&str, f64)], thin: bool| {
+        let mut params: Vec<Param> = values.iter().map(|(name, value)| float(name, *value)).collect();
+        params.extend([float("reflectance", 0.8), boolean("thin", thin)]);
+        (format!("principled {name}"), build("principled", &params))
+    };
+    let all = [("metallic", 0.3), ("roughness", 0.6), ("clearcoat", 0.7), ("clearcoatroughness", 0.5), ("transmission", 0.4)];
+    vec![
+        row("plastic", &[("roughness", 0.4)], false),
+        row("metal", &[("metallic", 1.0), ("roughness", 0.5)], false),
+        row("matt", &[("roughness", 1.0), ("specular", 0.2)], false),
+        row("lacquer", &[("clearcoat", 1.0), ("clearcoatroughness", 0.3), ("roughness", 0.9)], false),
+        row("glass", &[("transmission", 1.0), ("roughness", 0.6)], false),
+        row("pane", &[("transmission", 1.0), ("roughness", 0.6)], true),
+        row("all, solid", &all, false),
+        row("all, thin", &all, true),
+    ]
 }
 
 /// The unit vector with cosine `z` and azimuth `phi`.

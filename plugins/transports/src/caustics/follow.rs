@@ -114,7 +114,7 @@ impl<'a> Tracer<'a> {
             return false;
         }
         let (choice, u) = (flight.stream.next_1d(), flight.stream.next_2d());
-        let shading = |k| Shading { uv: vertex.shading.uv, lambda_nm: lambda(flight, k).at(vertex.ratio as f32) };
+        let shading = |k| Shading { lambda_nm: lambda(flight, k).at(vertex.ratio as f32), ..vertex.shading };
         let Some(sample) = vertex.material.sample(&shading(0), vertex.wo, choice, u).filter(|s| s.specular) else { return false };
         if !vertex.is_consistent(sample.wi) {
             return false;
