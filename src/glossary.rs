@@ -80,8 +80,8 @@ mod tests {
 
     #[test]
     fn words_are_found_however_they_are_spelt() {
-        for name in ["principled_bsdf", "Principled BSDF", "BsdfPrincipled", "principled"] {
-            assert!(plugin("material", name).unwrap().contains("coateddiffuse"), "{name}");
+        for name in ["principled_bsdf", "Principled BSDF", "BsdfPrincipled", "disney"] {
+            assert!(plugin("material", name).unwrap().contains("`principled`"), "{name}");
         }
         assert!(plugin("light", "envmap").unwrap().contains("infinite"));
         assert!(plugin("shape", "rectangle").unwrap().contains("bilinearmesh"));

@@ -1,7 +1,7 @@
 //! The inputs that fuzzing has found worth keeping, and the faults that it has found, run through the code of the fuzz targets.
 
 #[path = "../fuzz/src/targets.rs"]
-mod targets;
+pub mod targets;
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -42,6 +42,7 @@ mod layers;
 mod lensing;
 mod limits;
 mod memory;
+mod models;
 mod motions;
 mod offsets;
 mod optics;

@@ -23,8 +23,8 @@ use std::sync::{Arc, OnceLock};
 
 /// The names of all targets: those of the programs in `fuzz_targets` and of the folders in `corpus`.
 #[allow(dead_code)] // the targets name themselves, the replay goes through all
-pub const NAMES: [&str; 13] =
-    ["scene", "ply", "ply_gzip", "obj", "spd", "png", "jpeg", "hdr", "exr", "compare", "rays", "pairs", "checkpoint"];
+pub const NAMES: [&str; 16] =
+    ["scene", "ply", "ply_gzip", "obj", "mtl", "stl", "gltf", "spd", "png", "jpeg", "hdr", "exr", "compare", "rays", "pairs", "checkpoint"];
 
 /// Bytes that any input may make the program hold at once.
 const BYTES_BESIDES: u64 = 8 << 20;
@@ -46,6 +46,9 @@ pub fn run(name: &str, data: &[u8]) {
         "ply" => (|data| with_file(MESH, "mesh.ply", data), BYTES_A_BYTE),
         "ply_gzip" => (ply_gzip, BYTES_A_COMPRESSED_BYTE),
         "obj" => (|data| with_file(OBJ, "mesh.obj", data), BYTES_A_BYTE),
+        "mtl" => (mtl, BYTES_A_BYTE),
+        "stl" => (|data| with_file(STL, "mesh.stl", data), BYTES_A_BYTE),
+        "gltf" => (gltf, BYTES_A_BYTE),
         "spd" => (|data| with_file(SPECTRUM, "paint.spd", data), BYTES_A_BYTE),
         "png" => (|data| picture(data, b"\x89PNG\r\n\x1a\n"), BYTES_A_COMPRESSED_BYTE),
         "jpeg" => (|data| picture(data, b"\xff\xd8\xff"), BYTES_A_COMPRESSED_BYTE),
@@ -127,6 +130,7 @@ fn scene(data: &[u8]) {
 
 const MESH: &str = r#"WorldBegin Shape "plymesh" "string filename" "mesh.ply""#;
 const OBJ: &str = r#"WorldBegin Shape "objmesh" "string filename" "mesh.obj""#;
+const STL: &str = r#"WorldBegin Shape "stlmesh" "string filename" "mesh.stl""#;
 const SPECTRUM: &str = r#"WorldBegin Material "diffuse" "spectrum reflectance" "paint.spd" Shape "sphere""#;
 /// The same file is a sky, a colour and a number.
 const PICTURE: &str = r#"WorldBegin LightSource "infinite" "string filename" "picture"
@@ -136,6 +140,26 @@ const PICTURE: &str = r#"WorldBegin LightSource "infinite" "string filename" "pi
 /// Builds a scene that reads `data` as the file `name`.
 fn with_file(text: &str, name: &str, data: &[u8]) {
     build(text, &[(name, data)]);
+}
+
+/// A file of materials, beside a mesh that has two of them.
+fn mtl(data: &[u8]) {
+    let mesh: &[u8] = b"mtllib mesh.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b c\nf 1/1 3/1 2/1\n";
+    let picture: &[u8] = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x80\x80\x81\x40\x80\x20\x81";
+    build(OBJ, &[("mesh.obj", mesh), ("mesh.mtl", data), ("a.hdr", picture)]);
+}
+
+/// A model in a scene, and a scene by itself.
+fn gltf(data: &[u8]) {
+    let names = ["mesh.gltf", "mesh.glb"];
+    let files: BTreeMap<PathBuf, Arc<[u8]>> = names.iter().map(|name| (PathBuf::from(name), Arc::from(data))).collect();
+    let mut sources = SourceMap::in_memory(files);
+    let found = match lang::load(names[0], registry(), &overrides(), &mut sources) {
+        Ok(built) => built.warnings,
+        Err(found) => found,
+    };
+    bhs::report::render(&found, &sources, true);
+    build(r#"WorldBegin Scale 2 2 2 Shape "gltf" "string filename" "mesh.gltf""#, &[("mesh.gltf", data)]);
 }
 
 /// A mesh that is compressed: `data` as it stands behind the mark of gzip, or as the compressed content, by its first byte.

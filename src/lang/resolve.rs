@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 mod attributes;
-mod call;
+pub(super) mod call;
 pub(crate) mod directives;
 mod objects;
 mod variables;
@@ -61,7 +61,9 @@ pub fn resolve_with(sources: &mut SourceMap, file: u16, given: &Variables) -> (S
         ended: false,
         suggestions: Suggestions::default(),
         pbrt: Translator::default(),
+        models: 0,
     };
+    resolver.found.extend(resolver.sources.take_notes());
     resolver.file(file);
     resolver.add_files(file);
     resolver.finish(file);
@@ -85,6 +87,13 @@ pub(super) struct State {
     pub(super) material: CurrentMaterial,
     pub(super) area_light: Option<usize>,
     attributes: Attributes,
+}
+
+impl State {
+    /// The same under another transform.
+    pub(super) fn at(&self, ctm: DAffine3) -> Self {
+        Self { ctm: Arc::new(ctm), ..self.clone() }
+    }
 }
 
 impl Default for State {
@@ -137,6 +146,8 @@ pub(crate) struct Resolver<'s> {
     pub(super) suggestions: Suggestions,
     /// What turns pbrt-v4's directives into ours.
     pbrt: Translator,
+    /// Files that have brought materials of their own.
+    pub(super) models: usize,
 }
 
 impl Resolver<'_> {
@@ -185,6 +196,10 @@ impl Resolver<'_> {
                 return;
             }
             self.state = State::default();
+            if self.sources.get(scene).is_some_and(|s| s.is_model) {
+                // In the file's own coordinates.
+                self.state.ctm = Arc::new(DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0)));
+            }
             self.pbrt.start_addition();
             match self.sources.open_addition(&path, scene) {
                 Ok(file) => self.file(file),
@@ -217,7 +232,7 @@ impl Resolver<'_> {
         self.found.push(Diagnostic::error(code, message).at(span, label).maybe_help(help));
     }
 
-    fn directive(&mut self, directive: Directive) {
+    pub(super) fn directive(&mut self, directive: Directive) {
         let (word, at) = (directive.keyword.value.as_str(), directive.keyword.span);
         let Some(row) = directives::find(word) else {
             match directives::absent(word) {
@@ -337,6 +352,11 @@ impl Resolver<'_> {
             let help = "a material is of the shapes that follow it: write it before them";
             self.found.push(Diagnostic::warning("late-material", message).at(material.entity.keyword, "").help(help));
         }
+    }
+
+    /// The state in which each part of a model begins: nothing counts that the scene states for its own materials and lights.
+    pub(super) fn state_of_model(&self) -> State {
+        State { attributes: self.state.attributes.of_shapes_alone(), ..self.state.clone() }
     }
 
     /// Multiplies the current transform from the right.

@@ -1,18 +1,20 @@
 //! The files that a scene is made of, and where each of them was included.
 
 use crate::files::{self, FileId, Root, Stamp, Stamps};
+use crate::lang::gltf_scene;
 use crate::lang::lines::Lines;
 use crate::lang::source::dialect::is_pbrt_file;
+use crate::lang::source::made::Shared;
 use bhs_core::diagnostics::{Diagnostic, Span};
-use bhs_core::params::{Decode, Decoded, Files};
-use std::any::TypeId;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 mod dialect;
+mod made;
+
+pub use made::FileCache;
 
 /// Includes within includes that are allowed.
 pub const MAX_INCLUDE_DEPTH: usize = 64;
@@ -32,6 +34,8 @@ pub struct Source {
     identity: Option<PathBuf>,
     /// Whether it is read with pbrt-v4's meaning.
     pub is_pbrt: bool,
+    /// Whether it has been made of a glTF file, in whose coordinates files that are added stand.
+    pub is_model: bool,
     /// Its lines, found when the first place in it is asked for.
     lines: OnceLock<Lines>,
 }
@@ -48,40 +52,14 @@ pub struct SourceMap {
     memory: Option<BTreeMap<PathBuf, Arc<[u8]>>>,
     /// What has been made of files, if it is kept.
     cache: Option<Arc<FileCache>>,
+    /// What several parts of the scene take out of the same files.
+    shared: Shared,
     /// Whether the scene is pbrt-v4's, whatever its file is called.
     pbrt: bool,
     /// Files that are read at the end of the scene.
     additions: Vec<PathBuf>,
-}
-
-/// What has been made of files, for scenes that are made one after the other and read the same ones. It is found by the files' contents, so
-/// that a file that changes meanwhile is read anew.
-#[derive(Default)]
-pub struct FileCache {
-    made: Mutex<HashMap<(blake3::Hash, TypeId), Made>>,
-    /// How often something was made, and not found.
-    misses: AtomicUsize,
-}
-
-/// What has been made of a file, and whether it has been asked for lately.
-type Made = (Decoded, bool);
-
-impl FileCache {
-    /// Forgets what nobody has asked for since this was last called.
-    pub fn forget_unused(&self) {
-        self.made.lock().unwrap_or_else(PoisonError::into_inner).retain(|_, (_, used)| std::mem::take(used));
-    }
-
-    /// How often something was made of a file.
-    pub fn misses(&self) -> usize {
-        self.misses.load(Ordering::Relaxed)
-    }
-}
-
-impl std::fmt::Debug for FileCache {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.debug_struct("FileCache").field("misses", &self.misses()).finish_non_exhaustive()
-    }
+    /// What is to be said of a scene that has been made of a model.
+    notes: Vec<Diagnostic>,
 }
 
 /// A file that the scene reads.
@@ -168,6 +146,9 @@ impl SourceMap {
             return Ok(file);
         }
         let bytes = self.content(path, path, None).map_err(cannot)?;
+        if gltf_scene::is_gltf_file(path) {
+            return self.push_model(path, &bytes).map_err(cannot);
+        }
         let file = self.push_file(path, bytes, None)?;
         self.mark(file, self.pbrt || is_pbrt_file(path));
         Ok(file)
@@ -281,6 +262,19 @@ impl SourceMap {
         Ok(content)
     }
 
+    /// Whether the file is there that the text at `span` calls `path`, and may be read. It is watched for either way.
+    pub(crate) fn is_there(&self, path: &str, span: Span) -> bool {
+        let full = self.locate(path, span);
+        if let Some(files) = &self.memory {
+            return files.contains_key(&full);
+        }
+        if self.root.as_ref().is_some_and(|root| root.admit(&full).is_err()) {
+            return false;
+        }
+        self.note_stamp(&full);
+        full.is_file()
+    }
+
     /// Notes what a file is, before it is read.
     fn note_stamp(&self, path: &Path) {
         let mut inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
@@ -356,31 +350,17 @@ impl SourceMap {
         };
         let text: Arc<str> = text.strip_prefix('\u{feff}').unwrap_or(&text).into();
         let name = name.to_owned();
-        self.sources.push(Source { name, text, included_at, folder, identity, is_pbrt: false, lines: OnceLock::new() });
+        self.sources.push(Source {
+            name,
+            text,
+            included_at,
+            folder,
+            identity,
+            is_pbrt: false,
+            is_model: false,
+            lines: OnceLock::new(),
+        });
         Ok(file)
-    }
-}
-
-impl Files for SourceMap {
-    fn read(&self, path: &str, span: Span) -> Result<Vec<u8>, String> {
-        let content = self.content(&self.locate(path, span), Path::new(path), Some(span))?;
-        self.hash_content(&content);
-        Ok(content)
-    }
-
-    fn decode(&self, path: &str, span: Span, kind: TypeId, decode: Decode) -> Result<Decoded, String> {
-        let content = self.read(path, span)?;
-        let Some(cache) = &self.cache else { return decode(&content) };
-        let key = (blake3::hash(&content), kind);
-        let made = || cache.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((made, used)) = made().get_mut(&key) {
-            *used = true;
-            return Ok(Arc::clone(made));
-        }
-        let new = decode(&content)?;
-        cache.misses.fetch_add(1, Ordering::Relaxed);
-        made().insert(key, (Arc::clone(&new), true));
-        Ok(new)
     }
 }
 

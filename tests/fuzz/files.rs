@@ -18,6 +18,8 @@ use std::io::Cursor;
 
 /// Files of each kind that are mutated and read.
 const FILES: u64 = 10_000;
+/// Models and materials that are mutated and built as scenes.
+const MODELS: u64 = 3_000;
 /// Pictures that are mutated and rendered.
 const PICTURES: u64 = 1_000;
 
@@ -97,6 +99,46 @@ fn mutated_obj_files() {
         f 2/1 3/1 4/1/1 \\\n5/1/1 7/1 1/1\n";
     let examples = [common::read("grammar/examples/pyramid.obj").into_bytes(), others.as_bytes().to_vec()];
     mutated_files(&examples, |file| make::<dyn Shape>(&registry, file, "objmesh", ParamType::String, "filename"));
+}
+
+/// Binary and text.
+fn stl_examples() -> Vec<Vec<u8>> {
+    ["text", "binary"].map(|name| std::fs::read(common::root().join("fuzz/corpus/stl").join(name)).expect("it is there")).to_vec()
+}
+
+#[test]
+fn mutated_stl_files() {
+    let registry = Registry::builtin();
+    mutated_files(&stl_examples(), |file| make::<dyn Shape>(&registry, file, "stlmesh", ParamType::String, "filename"));
+}
+
+/// Mutates the examples of a fuzz target, and hands each to it: what it does and how much memory it holds is checked there.
+fn mutated_by_target(target: &str, words: &[&str], count: u64) {
+    let folder = common::root().join("fuzz/corpus").join(target);
+    let mut paths: Vec<_> = std::fs::read_dir(folder).expect("the folder is there").map(|e| e.expect("readable").path()).collect();
+    paths.sort();
+    let examples: Vec<Vec<u8>> = paths.iter().map(|path| std::fs::read(path).expect("it can be read")).collect();
+    for seed in 0..times(count) {
+        let mut random = Random(seed);
+        let mut bytes = examples[random.below(examples.len())].clone();
+        mutate(&mut random, &mut bytes, words);
+        crate::corpus::targets::run(target, &bytes);
+    }
+}
+
+#[test]
+fn mutated_materials() {
+    let words = ["newmtl b c\n", "Kd ", "-s 1 ", "map_Kd ", "illum 4\n", "1e999 ", "nan ", "\\\n", "d -halo ", "a.hdr", "\r", " "];
+    mutated_by_target("mtl", &words, MODELS);
+}
+
+#[test]
+fn mutated_models() {
+    let words = [
+        "0", "1", "-1", "4294967295", "1e999", "[", "]", "{", "}", ",", "null", "\"nodes\":[0]", "\"mesh\":0,", "\"count\":400000000,", "\"byteOffset\":9,", "\"mode\":6,",
+        "\"indices\":0,", "\"byteStride\":4,", "\"normalized\":true,", "5126", "VEC4",
+    ];
+    mutated_by_target("gltf", &words, MODELS);
 }
 
 #[test]

@@ -22,7 +22,7 @@ use crate::ellipsoid::gauss_legendre;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Segment, Shape, SurfaceGeometry, WorldGeometry};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec4};
 
 /// The entry in the list of shapes.
 pub const PLUGIN: Plugin<dyn Shape> =
@@ -72,7 +72,7 @@ impl Cylinder {
         let normal = self.place.normal(normal_at(p));
         let [low, high] = self.z;
         let uv = Vec2::new((azimuth(p) / self.phi_max) as f32, ((p.z - low) / (high - low)) as f32);
-        SurfaceGeometry { normal, shading_normal: normal, uv: uv.clamp(Vec2::ZERO, Vec2::ONE) }
+        SurfaceGeometry { normal, shading_normal: normal, uv: uv.clamp(Vec2::ZERO, Vec2::ONE), colour: Vec4::ONE }
     }
 
     /// Area on the cylinder of radius 1.

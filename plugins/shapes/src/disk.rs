@@ -22,7 +22,7 @@ use crate::affine::{Affine, azimuth, phi_max};
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Segment, Shape, SurfaceGeometry, WorldGeometry};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec4};
 
 /// The entry in the list of shapes.
 pub const PLUGIN: Plugin<dyn Shape> =
@@ -68,7 +68,7 @@ impl Disk {
         let normal = self.place.normal(DVec3::Z);
         let v = (1.0 - p.x.hypot(p.y)) / (1.0 - self.inner);
         let uv = Vec2::new((azimuth(p) / self.phi_max) as f32, v as f32).clamp(Vec2::ZERO, Vec2::ONE);
-        SurfaceGeometry { normal, shading_normal: normal, uv }
+        SurfaceGeometry { normal, shading_normal: normal, uv, colour: Vec4::ONE }
     }
 }
 

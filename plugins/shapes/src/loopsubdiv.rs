@@ -51,7 +51,7 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
     }
     let rings = control.rings().map_err(|why| refuse(p, why)).ok()?;
     let (positions, normals) = control.limit(&rings);
-    let mesh = WorldMesh { positions, triangles: control.triangles, normals, uvs: Vec::new(), flipped: false };
+    let mesh = WorldMesh { positions, triangles: control.triangles, normals, ..WorldMesh::default() };
     Some(Box::new(to_world(p, mesh)?))
 }
 

@@ -1,6 +1,7 @@
 //! Wavefront OBJ files: what of them is geometry.
 //!
-//! Read are `v`, `vt`, `vn` and `f`: all faces make one mesh. Groups, materials, lines, points, curves and vertex colours are stepped over.
+//! Read are `v`, `vt`, `vn` and `f`, and which material (`usemtl`) each face has: all faces make one mesh, or those of one material do. Groups,
+//! lines, points, curves and vertex colours are stepped over. What materials are: `mtl`.
 //! A `\` at the end of a line of geometry continues it, `#` starts a comment anywhere, lines end as on any system, comments may be in any
 //! encoding. A corner without a normal, or with one that is no number, takes that of its face; a vertex that no face uses may be anything.
 //!
@@ -13,17 +14,15 @@ use crate::mesh::{Fan, can_be_numbered, fill_normals, fill_polygons, unit};
 use crate::obj_lines::{Line, Lines, numbers};
 use bhs_core::geometry::WorldMesh;
 use glam::DVec3;
-use std::collections::HashSet;
+use std::collections::HashMap;
 
-/// What a file holds.
+/// A mesh of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Obj {
     /// In the file's own coordinates.
     pub mesh: WorldMesh,
     /// What was left out for being there at some corners only.
     pub partial: Vec<&'static str>,
-    /// How many names follow `usemtl`.
-    pub materials: usize,
     /// Faces whose outline crosses itself.
     pub crossing_faces: u64,
 }
@@ -36,23 +35,48 @@ const NONE: u32 = u32::MAX;
 /// What a line `f` looks like.
 const CORNER: &str = "a corner of a face is a number of a vertex, as in 3, 3/1, 3//2 or 3/1/2";
 
-#[derive(Default)]
-struct Reader<'a> {
+/// What a file holds.
+#[derive(Debug, Default)]
+pub struct ObjFile {
     positions: Vec<DVec3>,
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     corners: Vec<Corner>,
-    /// For each face its line, and the number of corners up to and including its own.
-    faces: Vec<(u64, usize)>,
-    materials: HashSet<&'a [u8]>,
+    faces: Vec<Face>,
+    /// Number of each name that follows `usemtl`.
+    numbers: HashMap<Box<[u8]>, u32>,
+    /// These names, in the order of the file.
+    names: Vec<String>,
+    /// Number of the one that is in force; [`NONE`] before the first.
+    current: u32,
+    /// What stands after `mtllib`: a name of a file, or several, in each line.
+    pub libraries: Vec<String>,
+}
+
+/// A face of a file.
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    line: u64,
+    /// Corners up to and including its own.
+    end: usize,
+    /// Number of its material, or [`NONE`].
+    material: u32,
+}
+
+/// Reads a whole file; all of its faces are one mesh.
+///
+/// # Errors
+/// What is wrong with it, in a sentence, with the line where it is known.
+pub fn read(file: &[u8]) -> Result<Obj, String> {
+    parse(file)?.mesh(None)
 }
 
 /// Reads a whole file.
 ///
 /// # Errors
-/// What is wrong with it, in a sentence, with the line where it is known.
-pub fn read(file: &[u8]) -> Result<Obj, String> {
-    let mut reader = Reader::default();
+/// As [`read`].
+pub fn parse(file: &[u8]) -> Result<ObjFile, String> {
+    let mut reader = ObjFile { current: NONE, ..ObjFile::default() };
     let mut lines = Lines::new(file)?;
     while let Some(line) = lines.next_line() {
         let read = match line {
@@ -61,17 +85,45 @@ pub fn read(file: &[u8]) -> Result<Obj, String> {
             Line::Geometry(b"vn", rest) => reader.normal(&rest),
             Line::Geometry(_, rest) => reader.face(&rest, lines.number()),
             Line::Material(name) => {
-                reader.materials.insert(name);
+                reader.material(name);
+                Ok(())
+            }
+            Line::Library(names) => {
+                reader.libraries.push(String::from_utf8_lossy(names).into_owned());
                 Ok(())
             }
         };
         read.map_err(|fault| format!("line {}: {fault}", lines.number()))?;
     }
     let is_mesh = !(reader.positions.is_empty() && reader.faces.is_empty());
-    reader.finish().map_err(|fault| if is_mesh { fault } else { fault + looks_like(file) })
+    let checked = if reader.faces.is_empty() { Err("it holds no triangle".into()) } else { reader.check() };
+    checked.map_err(|fault: String| if is_mesh { fault } else { fault + looks_like(file) })?;
+    Ok(reader)
 }
 
-impl Reader<'_> {
+impl ObjFile {
+    /// The names of the materials that faces have, in the order in which the file names them first; empty for those before the first `usemtl`.
+    pub fn groups(&self) -> Vec<&str> {
+        let mut has_faces = vec![false; self.names.len()];
+        let mut without = false;
+        for face in &self.faces {
+            match has_faces.get_mut(face.material as usize) {
+                Some(has) => *has = true,
+                None => without = true,
+            }
+        }
+        let named = self.names.iter().zip(has_faces).filter(|(_, has)| *has).map(|(name, _)| name.as_str());
+        without.then_some("").into_iter().chain(named).collect()
+    }
+
+    fn material(&mut self, name: &[u8]) {
+        let new = self.names.len() as u32;
+        self.current = *self.numbers.entry(name.into()).or_insert(new);
+        if self.current == new {
+            self.names.push(String::from_utf8_lossy(name).into_owned());
+        }
+    }
+
     fn vertex(&mut self, rest: &[u8]) -> Result<(), String> {
         // Three numbers, a weight, a colour with or without opacity, or both.
         let (v, n) = numbers::<8>(rest).filter(|(_, n)| *n >= 3).ok_or("`v` needs three numbers, and takes one or three more")?;
@@ -128,19 +180,35 @@ impl Reader<'_> {
             0 => return Err("a face has no corners".into()),
             // A point or a line.
             1 | 2 => self.corners.truncate(start),
-            _ => self.faces.push((line, self.corners.len())),
+            _ => self.faces.push(Face { line, end: self.corners.len(), material: self.current }),
         }
         Ok(())
     }
 
-    fn finish(self) -> Result<Obj, String> {
-        self.check()?;
-        let mut obj = Obj { materials: self.materials.len(), ..Obj::default() };
+    /// The mesh of all faces, or of those that have the material called `group`.
+    ///
+    /// # Errors
+    /// That there are none, in words that can follow "cannot read `file`: ".
+    pub fn mesh(&self, group: Option<&str>) -> Result<Obj, String> {
+        let is_in =
+            |face: &Face| group.is_none_or(|group| self.names.get(face.material as usize).map_or("", String::as_str) == group);
+        let mut obj = Obj::default();
         let (mut has_normals, mut lacks_uvs, mut has_uvs) = (false, false, false);
-        for corner in &self.corners {
-            has_normals |= corner[2] != NONE;
-            has_uvs |= corner[1] != NONE;
-            lacks_uvs |= corner[1] == NONE;
+        let (mut start, mut corners_in, mut faces_in) = (0, 0, 0);
+        for face in &self.faces {
+            if is_in(face) {
+                for corner in &self.corners[start..face.end] {
+                    has_normals |= corner[2] != NONE;
+                    has_uvs |= corner[1] != NONE;
+                    lacks_uvs |= corner[1] == NONE;
+                }
+                (corners_in, faces_in) = (corners_in + face.end - start, faces_in + 1);
+            }
+            start = face.end;
+        }
+        if let (Some(group), 0) = (group, faces_in) {
+            let names: Vec<String> = self.groups().iter().take(20).map(|name| format!("`{name}`")).collect();
+            return Err(format!("no face has the material `{group}` (`usemtl`); there is {}", names.join(", ")));
         }
         if has_uvs && lacks_uvs {
             // What it would be given is the place of some other part of a picture.
@@ -151,10 +219,14 @@ impl Reader<'_> {
         let mut table = Corners { first: vec![NONE; self.positions.len()], next: Vec::new(), corners: Vec::new() };
         let mut fans: Vec<Fan> = Vec::new();
         let triangles = &mut obj.mesh.triangles;
-        triangles.reserve_exact(self.corners.len().saturating_sub(2 * self.faces.len()));
+        triangles.reserve_exact(corners_in - 2 * faces_in);
         let mut start = 0;
-        for (_, end) in &self.faces {
-            let corners = &self.corners[start..*end];
+        for face in &self.faces {
+            let corners = &self.corners[start..face.end];
+            start = face.end;
+            if !is_in(face) {
+                continue;
+            }
             let mut number = |corner: &Corner| {
                 let [v, uv, n] = *corner;
                 table.number([v, if has_uvs { uv } else { NONE }, n])
@@ -169,7 +241,6 @@ impl Reader<'_> {
                 triangles.push([first, last, v]);
                 last = v;
             }
-            start = *end;
         }
         can_be_numbered(table.corners.len() as u64, "vertices")?;
         can_be_numbered(triangles.len() as u64, "triangles")?;
@@ -190,7 +261,7 @@ impl Reader<'_> {
     /// Whether what the faces use is there, and is numbers.
     fn check(&self) -> Result<(), String> {
         let mut start = 0;
-        for (line, end) in &self.faces {
+        for Face { line, end, .. } in &self.faces {
             for [v, uv, n] in &self.corners[start..*end] {
                 let in_line = |fault: String| Err(format!("line {line}: {fault}"));
                 match self.positions.get(*v as usize) {

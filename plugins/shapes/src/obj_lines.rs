@@ -15,6 +15,8 @@ pub(crate) enum Line<'a> {
     Geometry(&'a [u8], Cow<'a, [u8]>),
     /// The name after `usemtl`.
     Material(&'a [u8]),
+    /// What stands after `mtllib`: the name of a file, or several.
+    Library(&'a [u8]),
 }
 
 /// Bytes that start a file of text in UTF-8, where they are there.
@@ -31,6 +33,17 @@ pub(crate) fn refuse_utf16(file: &[u8]) -> Result<(), String> {
     }
 }
 
+/// The first line of a text without its end, which is that of any system, taken off; `None` at the end of the text.
+pub(crate) fn take_line<'a>(text: &mut &'a [u8]) -> Option<&'a [u8]> {
+    if text.is_empty() {
+        return None;
+    }
+    let end = text.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(text.len());
+    let (line, rest) = text.split_at(end);
+    *text = rest.strip_prefix(b"\r\n").or_else(|| rest.get(1..)).unwrap_or_default();
+    Some(line)
+}
+
 impl<'a> Lines<'a> {
     pub(crate) fn new(file: &'a [u8]) -> Result<Self, String> {
         refuse_utf16(file)?;
@@ -44,13 +57,8 @@ impl<'a> Lines<'a> {
 
     /// The next line of the file without its end and its comment; `None` at the end of the file.
     fn next_part(&mut self) -> Option<&'a [u8]> {
-        if self.rest.is_empty() {
-            return None;
-        }
-        let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(self.rest.len());
-        let (line, mut rest) = self.rest.split_at(end);
-        rest = rest.strip_prefix(b"\r\n").or_else(|| rest.get(1..)).unwrap_or_default();
-        (self.rest, self.number) = (rest, self.number + 1);
+        let line = take_line(&mut self.rest)?;
+        self.number += 1;
         Some(without_comment(line))
     }
 
@@ -63,6 +71,7 @@ impl<'a> Lines<'a> {
             match word {
                 b"v" | b"vt" | b"vn" | b"f" => {}
                 b"usemtl" => return Some(Line::Material(rest.trim_ascii())),
+                b"mtllib" => return Some(Line::Library(rest.trim_ascii())),
                 // A line of geometry cannot be broken before anything stands in it, nor a name: `\` may end a folder.
                 _ => continue,
             }

@@ -1,13 +1,15 @@
 //! `objmesh`: triangles from a Wavefront OBJ file.
 //!
-//! All faces of the file make one mesh, whatever groups and materials they are in: it has the material of the scene. Polygons may have any
-//! number of corners and need not be convex. A corner without a shading normal (`vn`), or with one that is no number, takes that of its
-//! face; texture coordinates (`vt`) are used if every corner has them. The outer side is as with `trianglemesh`. pbrt has no such shape;
-//! its parameters are those of `plymesh`.
+//! The file's own materials (`mtllib`, `usemtl`) count where they stand, in place of the scene's: the program reads them before this plugin is
+//! made, which then gets `group`, one for each material. Without them all faces of the file make one mesh. Polygons may have any number of
+//! corners and need not be convex. A corner without a shading normal (`vn`), or with one that is no number, takes that of its
+//! face; texture coordinates (`vt`) are used if every corner has them. The outer side is as with `trianglemesh`. pbrt has no such shape.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `filename` | string | required | | the OBJ file, relative to the scene's folder |
+//! | `materials` | bool | true | | whether the file's own materials count; without them all of it has the material of the scene |
+//! | `group` | string | none | | only the faces with the material of this name (`usemtl`), which then is that of the scene |
 //!
 //! ```bhs
 //! WorldBegin
@@ -20,16 +22,20 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::Shape;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use std::sync::Arc;
 
 /// The entry in the list of shapes.
 pub const PLUGIN: Plugin<dyn Shape> = Plugin { name: "objmesh", summary: "triangles from a Wavefront OBJ file", build };
 
 fn build(p: &Params) -> Option<Box<dyn Shape>> {
-    let name = p.require::<String>("filename", "", "the OBJ file, relative to the scene's folder")?;
+    let name = p.require::<String>("filename", "", "the OBJ file, relative to the scene's folder");
+    p.get("materials", true, "", "whether the file's own materials count; without them all of it has the material of the scene");
+    let about = "only the faces with the material of this name (`usemtl`), which then is that of the scene";
+    let group = p.optional::<String>("group", "", about);
+    let name = name?;
     let span = p.span_of("filename");
-    let read = match p.context().decode(&name, span, obj::read) {
-        Ok(read) => Arc::unwrap_or_clone(read),
+    let read = p.context().share(&name, span, obj::parse).and_then(|file| file.mesh(group.as_deref()));
+    let read = match read {
+        Ok(read) => read,
         Err(fault) => {
             p.report(Diagnostic::error("bad-file", format!("cannot read `{name}`: {fault}")).at(span, ""));
             return None;
@@ -38,11 +44,6 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
     for what in read.partial {
         let message = format!("the {what} of `{name}` are left out: some corners of faces have none");
         p.report(Diagnostic::warning("partial-attribute", message).at(span, ""));
-    }
-    if read.materials > 0 {
-        let materials = if read.materials == 1 { "material" } else { "materials" };
-        let message = format!("`{name}` names {} {materials} (`usemtl`), which are not read", read.materials);
-        p.report(Diagnostic::warning("dropped-materials", message).at(span, "all of it has the material of the scene"));
     }
     warn_of_crossing(p, &name, read.crossing_faces);
     Some(Box::new(to_world(p, read.mesh)?))

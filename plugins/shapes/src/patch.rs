@@ -5,7 +5,7 @@
 
 use crate::ellipsoid::gauss_legendre;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Segment, SurfaceGeometry};
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2, Vec4};
 
 /// How far beyond its edges a patch is met, in u and v: rounding must not open a gap between two patches.
 const EDGE: f64 = 1e-12;
@@ -128,7 +128,7 @@ impl Patch {
                 normal = -normal;
             }
         }
-        SurfaceGeometry { normal, shading_normal, uv: bilinear(self.uvs, u, v).as_vec2() }
+        SurfaceGeometry { normal, shading_normal, uv: bilinear(self.uvs, u, v).as_vec2(), colour: Vec4::ONE }
     }
 
     fn density(&self, place: DVec2) -> f64 {

@@ -22,7 +22,7 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Segment, Shape, SurfaceGeometry, WorldGeometry};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use glam::{DMat3, DVec3, Vec2};
+use glam::{DMat3, DVec3, Vec2, Vec4};
 use std::f64::consts::TAU;
 
 /// The entry in the list of shapes.
@@ -124,7 +124,7 @@ impl Sphere {
         let [v0, v1] = self.part.z.map(f64::acos);
         let v = (p.z.clamp(-1.0, 1.0).acos() - v0) / (v1 - v0);
         let uv = Vec2::new((azimuth(p) / self.part.phi_max) as f32, v as f32).clamp(Vec2::ZERO, Vec2::ONE);
-        SurfaceGeometry { normal, shading_normal: normal, uv }
+        SurfaceGeometry { normal, shading_normal: normal, uv, colour: Vec4::ONE }
     }
 
     /// Density by area of the image of a uniform point of the unit sphere, at `p` of it.

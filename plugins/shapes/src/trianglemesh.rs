@@ -49,7 +49,7 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
         triangles,
         normals: normals.into_iter().flatten().map(|n| unit(n.0)).collect(),
         uvs: uvs.into_iter().flatten().map(|uv| uv.0.as_vec2().to_array()).collect(),
-        flipped: false,
+        ..WorldMesh::default()
     };
     Some(Box::new(to_world(p, mesh)?))
 }

@@ -171,12 +171,35 @@ fn polygons_need_not_be_convex() {
 }
 
 #[test]
-fn what_is_not_read_is_told() {
-    let file = "usemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nusemtl blue\nf 1 4 2 3\nusemtl red\n";
+fn faces_of_one_material_are_a_mesh_of_their_own() {
+    let file = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 4\nusemtl red wood\nf 1 2 3\nusemtl blue\nf 1 4 2 3\nusemtl none\nusemtl red wood\nf 4 2 3\n";
+    let read = obj::parse(file.as_bytes()).expect("it is read");
+    assert_eq!(read.groups(), ["", "red wood", "blue"]);
     let place = Place { files: Memory(vec![("a.obj", file.into())]), ..Place::default() };
-    let said = place.faults("objmesh", &[text("filename", "a.obj")]);
-    let materials = "`a.obj` names 2 materials (`usemtl`), which are not read: all of it has the material of the scene";
-    assert_eq!(said, [materials, "faces of `a.obj` cross themselves, and are taken for fans of triangles: 1"]);
+    let build = |group: &str| place.build("objmesh", &[text("filename", "a.obj"), text("group", group)]);
+    let triangles = |group: &str| match build(group) {
+        (Some(bhs_core::geometry::WorldGeometry::Mesh(mesh)), said) if said.is_empty() => {
+            (mesh.triangles.len(), mesh.positions.len())
+        }
+        (_, said) => panic!("{said:?}"),
+    };
+    // A vertex that two faces share is one, and those of other groups are not there.
+    assert_eq!([triangles(""), triangles("red wood")], [(1, 3), (2, 4)]);
+    assert_eq!(build("blue").1, ["faces of `a.obj` cross themselves, and are taken for fans of triangles: 1"]);
+    let fault = "cannot read `a.obj`: no face has the material `none` (`usemtl`); there is ``, `red wood`, `blue`";
+    assert_eq!(build("none").1, [fault]);
+    let (whole, said) = place.build("objmesh", &[text("filename", "a.obj")]);
+    assert!(matches!(whole, Some(bhs_core::geometry::WorldGeometry::Mesh(mesh)) if mesh.triangles.len() == 5) && said.len() == 1);
+}
+
+#[test]
+fn the_files_of_materials_are_named() {
+    let named = |file: &str| {
+        obj::parse(format!("{file}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").as_bytes()).expect("it is read").libraries
+    };
+    assert_eq!(named("mtllib my scene.mtl"), ["my scene.mtl"]);
+    assert_eq!(named("mtllib a.mtl b.mtl\r\nmtllib  c.mtl "), ["a.mtl b.mtl", "c.mtl"]);
+    assert!(named("# mtllib a.mtl").is_empty());
 }
 
 #[test]

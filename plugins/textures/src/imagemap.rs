@@ -8,21 +8,24 @@
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
-//! | `filename` | string | required | | a PNG, JPEG, HDR or EXR picture |
-//! | `wrap` | string | "repeat" | | outside of the picture: it repeats, keeps its edge (`clamp`) or is `black` |
+//! | `filename` | string | required | | a PNG, JPEG, HDR or EXR picture, or a glTF file that holds some |
+//! | `image` | integer | none | | of a glTF file: the number of the picture in it, from 0 |
+//! | `wrap` | string | "repeat" | | outside of the picture: it repeats, keeps its edge (`clamp`), repeats mirrored (`mirror`), or is `black` |
 //! | `filter` | string | "bilinear" | | between texels; or the nearest one: `point` |
 //! | `encoding` | string | "sRGB" | | of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent |
-//! | `channel` | string | "mean" | | of a texture of floats: the mean of the colours, or how opaque the picture is (`alpha`) where it says so |
+//! | `channel` | string | "mean" | | of a texture of floats: the mean of the colours, one of them (`red`, `green`, `blue`), or how opaque the picture is: `alpha` is the mean where it does not say, `opacity` 1 |
 //! | `scale` | float | 1 | | factor |
 //! | `invert` | bool | false | | whether it is one minus the picture |
 //! | `mapping` | string | "uv" | | how a point is placed |
 //! | `uscale`, `vscale` | float | 1 | | factors of u and v |
+//! | `rotate` | float | 0 | deg | by which texture coordinates are turned around (0, 0), once they are scaled |
 //! | `udelta`, `vdelta` | float | 0 | | what is added to them |
 //!
 //! ```text
 //! Texture "wood" "spectrum" "imagemap" "string filename" "wood.png" "float uscale" 4
 //! ```
 
+use crate::decode::decode;
 use crate::mapping::UvMapping;
 use bhs_colour::srgb_decode;
 use bhs_core::Plugin;
@@ -32,6 +35,7 @@ use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
 use bhs_core::texture::{Texture, TextureKind};
+use bhs_models::{Model, beside, picture};
 use bhs_spectra::{SmoothSpectra, d65};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
@@ -44,6 +48,7 @@ pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "imagemap", summary: "a p
 enum Wrap {
     Repeat,
     Clamp,
+    Mirror,
     Black,
 }
 
@@ -66,6 +71,18 @@ impl Encoding {
     }
 }
 
+/// What a float is of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Channel {
+    Mean,
+    /// Red, green or blue.
+    Colour(usize),
+    /// How opaque it is, if it says so; else the mean.
+    Alpha,
+    /// How opaque it is, if it says so; else 1.
+    Opacity,
+}
+
 /// The largest value of a picture: what spectra are made of it stays within single precision.
 const LARGEST: f32 = 1e37;
 
@@ -76,8 +93,7 @@ struct ImageMap {
     encoding: Encoding,
     wrap: Wrap,
     bilinear: bool,
-    /// Whether a float is how opaque the picture is, if that says so.
-    by_alpha: bool,
+    channel: Channel,
     scale: f32,
     invert: bool,
     mapping: UvMapping,
@@ -87,17 +103,34 @@ struct ImageMap {
 }
 
 fn build(p: &Params) -> Option<Box<dyn Texture>> {
-    let filename = p.require::<String>("filename", "", "a PNG, JPEG, HDR or EXR picture");
-    let wrap = choice(p, "wrap", &["repeat", "clamp", "black"], "outside: the picture repeats, keeps its edge, or is black");
+    let filename = p.require::<String>("filename", "", "a PNG, JPEG, HDR or EXR picture, or a glTF file that holds some");
+    let number = p.optional::<i64>("image", "", "of a glTF file: the number of the picture in it, from 0");
+    let wrap = choice(
+        p,
+        "wrap",
+        &["repeat", "clamp", "mirror", "black"],
+        "outside: the picture repeats, keeps its edge, repeats mirrored, or is black",
+    );
     let filter = choice(p, "filter", &["bilinear", "point"], "between texels: a mean, or the nearest one");
     let encoding = encoding(p);
-    let about = "of a texture of floats: the mean of the colours, or how opaque the picture is (`alpha`) where it says so";
-    let by_alpha = choice(p, "channel", &["mean", "alpha"], about) == "alpha";
+    let about = "of a texture of floats: the mean of the colours, one of them, or how opaque the picture is; where it does not say, `alpha` is the mean and `opacity` 1";
+    let channel = match choice(p, "channel", &["mean", "red", "green", "blue", "alpha", "opacity"], about) {
+        "red" => Channel::Colour(0),
+        "green" => Channel::Colour(1),
+        "blue" => Channel::Colour(2),
+        "alpha" => Channel::Alpha,
+        "opacity" => Channel::Opacity,
+        _ => Channel::Mean,
+    };
     let scale = p.get_in("scale", 1.0, 0.0..=f64::from(f32::MAX), "", "factor") as f32;
     let invert = p.get("invert", false, "", "whether it is one minus the picture");
     let mapping = UvMapping::read(p);
     let path = Spanned::new(filename?, p.span_of("filename"));
-    let image = match p.context().named.image(&path, p.context()) {
+    let read = match number {
+        Some(number) => within_model(p, &path, number),
+        None => p.context().named.image(&path, p.context()),
+    };
+    let image = match read {
         Ok(image) => image,
         Err(why) => {
             p.report(Diagnostic::error("unreadable", format!("cannot read `{}`: {why}", path.value)).at(path.span, ""));
@@ -122,17 +155,27 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
         encoding,
         wrap: match wrap {
             "clamp" => Wrap::Clamp,
+            "mirror" => Wrap::Mirror,
             "black" => Wrap::Black,
             _ => Wrap::Repeat,
         },
         bilinear: filter == "bilinear",
-        by_alpha,
+        channel,
         scale,
         invert,
         mapping,
         role,
         spectra: SmoothSpectra::get(),
     }))
+}
+
+/// The picture of a number in a glTF file.
+fn within_model(p: &Params, path: &Spanned<String>, number: i64) -> Result<Arc<Image>, String> {
+    let model = p.context().share(&path.value, path.span, Model::parse)?;
+    let read = |name: &str| p.context().share(&beside(&path.value, name), path.span, |bytes| Ok(bytes.to_vec()));
+    let number = usize::try_from(number).map_err(|_| "pictures are counted from 0".to_owned())?;
+    let bytes = picture::bytes(&model, number, &read)?;
+    decode(&bytes).map(Arc::new).map_err(|why| format!("its picture {number} cannot be read: {why}"))
 }
 
 /// One of several words, the first by default.
@@ -169,6 +212,12 @@ fn encoding(p: &Params) -> Encoding {
     }
 }
 
+/// The texel in a row of `n` that stands at `x`, where every other repetition is mirrored.
+fn mirrored(x: i64, n: i64) -> i64 {
+    let within = x.rem_euclid(2 * n);
+    if within < n { within } else { 2 * n - 1 - within }
+}
+
 impl ImageMap {
     /// The number of the texel in a column and a row from the top, which may lie outside; `None`: there is nothing.
     #[inline]
@@ -177,6 +226,7 @@ impl ImageMap {
         let (x, y) = match self.wrap {
             Wrap::Repeat => (x.rem_euclid(w), y.rem_euclid(h)),
             Wrap::Clamp => (x.clamp(0, w - 1), y.clamp(0, h - 1)),
+            Wrap::Mirror => (mirrored(x, w), mirrored(y, h)),
             Wrap::Black if x < 0 || x >= w || y < 0 || y >= h => return None,
             Wrap::Black => (x, y),
         };
@@ -238,8 +288,10 @@ impl Texture for ImageMap {
     }
 
     fn float(&self, at: &Shading) -> f32 {
-        match &self.image.alpha {
-            Some(alpha) if self.by_alpha => self.look_up(at, |i| Vec3::splat(f32::from(alpha[i]) / 255.0)).x,
+        match (self.channel, &self.image.alpha) {
+            (Channel::Opacity, None) => self.look_up(at, |_| Vec3::ONE).x,
+            (Channel::Alpha | Channel::Opacity, Some(alpha)) => self.look_up(at, |i| Vec3::splat(f32::from(alpha[i]) / 255.0)).x,
+            (Channel::Colour(i), _) => self.rgb(at)[i],
             _ => self.rgb(at).element_sum() / 3.0,
         }
     }

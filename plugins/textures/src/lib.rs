@@ -11,12 +11,25 @@ mod imagemap;
 mod mapping;
 mod mix;
 mod noise;
+mod product;
 mod scale;
+mod threshold;
+mod vertexcolor;
 mod wrinkled;
 
 /// All textures.
-pub const ALL: &[Plugin<dyn Texture>] =
-    &[checkerboard::PLUGIN, constant::PLUGIN, fbm::PLUGIN, imagemap::PLUGIN, mix::PLUGIN, scale::PLUGIN, wrinkled::PLUGIN];
+pub const ALL: &[Plugin<dyn Texture>] = &[
+    checkerboard::PLUGIN,
+    constant::PLUGIN,
+    fbm::PLUGIN,
+    imagemap::PLUGIN,
+    mix::PLUGIN,
+    product::PLUGIN,
+    scale::PLUGIN,
+    threshold::PLUGIN,
+    vertexcolor::PLUGIN,
+    wrinkled::PLUGIN,
+];
 
 #[cfg(test)]
 mod tests {

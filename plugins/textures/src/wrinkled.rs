@@ -11,6 +11,7 @@
 //! | `offset` | float | 0 | | added to the sum |
 //! | `mapping` | string | "uv" | | how a point is placed |
 //! | `uscale`, `vscale` | float | 1 | | factors of u and v |
+//! | `rotate` | float | 0 | deg | by which texture coordinates are turned around (0, 0), once they are scaled |
 //! | `udelta`, `vdelta` | float | 0 | | what is added to them |
 //!
 //! ```bhs

@@ -1,7 +1,7 @@
 //! Spectra and colours of pbrt's: their names, what is outside of tables, and colour spaces.
 
 use crate::lang::ast::Directive;
-use crate::lang::pbrt::params;
+use crate::lang::params;
 use bhs_colour::bradford;
 use bhs_core::value::{Param, ParamType, Values};
 use glam::{DMat3, DVec3};

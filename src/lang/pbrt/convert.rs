@@ -2,9 +2,9 @@
 //! stand. It describes the same scene, to the bit.
 
 use crate::lang::ast::{Directive, Holder};
+use crate::lang::params;
 use crate::lang::parse::Directives;
 use crate::lang::pbrt::Translator;
-use crate::lang::pbrt::params;
 use crate::lang::source::SourceMap;
 use crate::lang::variables::Variables;
 use bhs_core::diagnostics::{Diagnostic, Span};
@@ -29,11 +29,15 @@ pub fn convert(sources: &mut SourceMap, file: u16, given: &Variables, folder: &P
         found: Vec::new(),
     };
     converter.file(file);
+    let scene = file;
     for path in converter.sources.additions().to_vec() {
         converter.translator.start_addition();
         match converter.sources.open_addition(&path, file) {
             Ok(file) => {
                 converter.out += "AttributeBegin\nIdentity\n";
+                if converter.sources.get(scene).is_some_and(|s| s.is_model) {
+                    converter.out += "Scale 1 1 -1\n";
+                }
                 converter.file(file);
                 converter.out += "AttributeEnd\n";
             }

@@ -1,9 +1,9 @@
 //! Lights: pbrt-v4 makes what a spectrum emits a luminance of 1, which `scale` then multiplies.
 
 use crate::lang::ast::Directive;
+use crate::lang::params::{drop_all, find, float, name, set_floats, set_rgb, set_strings, take, take_float};
 use crate::lang::pbrt::Translator;
 use crate::lang::pbrt::colours::{self, Meaning};
-use crate::lang::pbrt::params::{drop_all, find, float, name, set_floats, set_rgb, set_strings, take, take_float};
 use bhs_core::value::{Param, ParamType};
 use std::f64::consts::PI;
 

@@ -1,8 +1,8 @@
 //! Materials of pbrt-v4.
 
 use crate::lang::ast::Directive;
+use crate::lang::params::{drop_all, find, float, name, renamed, set_floats, set_rgb, set_strings, set_text, string, take};
 use crate::lang::pbrt::colours::{self, Meaning};
-use crate::lang::pbrt::params::{drop_all, find, float, name, renamed, set_floats, set_rgb, set_strings, set_text, string, take};
 use crate::lang::pbrt::{Translated, Translator};
 use bhs_core::diagnostics::Span;
 use bhs_core::value::{Param, ParamType, Values};

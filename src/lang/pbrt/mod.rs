@@ -5,13 +5,13 @@
 //! camera's shutter. What has no counterpart is left out with a warning that names it, once.
 
 use crate::lang::ast::Directive;
+use crate::lang::params::{self, directive, numbers};
 use crate::lang::transform;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::value::Param;
 use colours::Space;
 use glam::{DAffine3, DVec3};
 use notes::Notes;
-use params::{directive, numbers};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -22,7 +22,6 @@ mod materials;
 mod notes;
 mod older;
 mod options;
-mod params;
 mod shapes;
 mod textures;
 

@@ -1,7 +1,7 @@
 //! Materials that pbrt-v3 had under other names: files are about that were converted by half.
 
 use crate::lang::ast::Directive;
-use crate::lang::pbrt::params::{drop_all, find, renamed, take};
+use crate::lang::params::{drop_all, find, renamed, take};
 
 /// Names of pbrt-v3, and ours.
 const NAMES: &[(&str, &str)] = &[

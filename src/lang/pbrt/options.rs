@@ -1,10 +1,10 @@
 //! The options of a file, once all of them are known: the last of each kind counts, with pbrt-v4's defaults.
 
 use crate::lang::ast::Directive;
-use crate::lang::pbrt::Translator;
-use crate::lang::pbrt::params::{
+use crate::lang::params::{
     boolean, drop_all, find, float, name, named, number, set, set_floats, set_strings, set_text, string, take, take_float,
 };
+use crate::lang::pbrt::Translator;
 use bhs_core::diagnostics::{Diagnostic, Span};
 use bhs_core::value::{Param, ParamType, Values};
 

@@ -1,7 +1,7 @@
 //! Shapes of pbrt-v4, and the holes that `alpha` cuts into them.
 
 use crate::lang::ast::Directive;
-use crate::lang::pbrt::params::{self, drop_all, find, name, named, number, set_strings, set_text, take};
+use crate::lang::params::{self, drop_all, find, name, named, number, set_strings, set_text, take};
 use crate::lang::pbrt::{Translated, Translator};
 use bhs_core::value::{Param, ParamType};
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! Textures of pbrt-v4.
 
 use crate::lang::ast::Directive;
+use crate::lang::params::{drop_all, set_strings, set_text, string, text};
 use crate::lang::pbrt::colours::{self, Meaning};
-use crate::lang::pbrt::params::{drop_all, set_strings, set_text, string, text};
 use crate::lang::pbrt::{Translated, Translator};
 use bhs_core::diagnostics::shorten;
 use bhs_core::value::ParamType;

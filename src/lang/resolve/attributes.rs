@@ -15,6 +15,13 @@ impl Attributes {
     pub fn of(&self, target: Target) -> Defaults {
         self.0[target as usize].clone()
     }
+
+    /// Those for shapes alone: a file's own materials, textures and lights are what the file says.
+    pub fn of_shapes_alone(&self) -> Self {
+        let mut alone = Self::default();
+        alone.0[Target::Shape as usize] = self.of(Target::Shape);
+        alone
+    }
 }
 
 impl Resolver<'_> {

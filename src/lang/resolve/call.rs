@@ -14,18 +14,25 @@ use std::sync::Arc;
 
 /// A directive whose arguments have been checked against its row.
 pub(crate) struct Call {
-    pub(super) keyword: Span,
+    pub(in crate::lang) keyword: Span,
     pub(super) span: Span,
-    pub(super) name: Spanned<String>,
+    pub(in crate::lang) name: Spanned<String>,
     /// The second and third text, of a directive that takes them.
     pub(super) more: Option<[Spanned<String>; 2]>,
     pub(super) numbers: Vec<f64>,
     pub(super) numbers_span: Span,
-    pub(super) params: Vec<Param>,
+    pub(in crate::lang) params: Vec<Param>,
     pub(super) faulty: bool,
 }
 
 impl Call {
+    /// The same with other parameters.
+    pub(in crate::lang) fn with_params(&self, params: Vec<Param>) -> Self {
+        let Self { keyword, span, numbers_span, faulty, .. } = *self;
+        let (name, numbers) = (self.name.clone(), self.numbers.clone());
+        Self { keyword, span, name, more: self.more.clone(), numbers, numbers_span, params, faulty }
+    }
+
     pub(super) fn point(&self, i: usize) -> DVec3 {
         // The number of numbers has been checked.
         DVec3::from_array(std::array::from_fn(|k| self.numbers.get(3 * i + k).copied().unwrap_or(0.0)))

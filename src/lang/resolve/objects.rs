@@ -73,7 +73,7 @@ impl Resolver<'_> {
     }
 
     /// Where the object begins that is being defined.
-    pub(super) fn open_object(&self) -> Option<Span> {
+    pub(in crate::lang) fn open_object(&self) -> Option<Span> {
         self.object.map(|(_, begin, _)| begin)
     }
 

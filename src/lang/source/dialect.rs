@@ -1,6 +1,7 @@
 //! Which texts are pbrt-v4's, and what is read at the end of a scene.
 
 use crate::files;
+use crate::lang::gltf_scene;
 use crate::lang::source::SourceMap;
 use bhs_core::diagnostics::{Diagnostic, Span};
 use std::path::{Path, PathBuf};
@@ -32,6 +33,23 @@ impl SourceMap {
         let is_pbrt = is_pbrt_file(path) || (!is_ours && self.get(scene).is_some_and(|s| s.is_pbrt));
         self.mark(file, is_pbrt);
         Ok(file)
+    }
+
+    /// Adds the scene of a glTF file.
+    pub(super) fn push_model(&mut self, path: &Path, bytes: &[u8]) -> Result<u16, String> {
+        let made = gltf_scene::scene(&path.to_string_lossy(), bytes)?;
+        let file = self.push_file(path, made.text.into_bytes(), None).map_err(|fault| fault.message)?;
+        if let Some(source) = self.sources.get_mut(usize::from(file)) {
+            source.is_model = true;
+        }
+        let note = |note: String| Diagnostic::warning("model", format!("`{}`: {note}", path.display()));
+        self.notes.extend(made.notes.into_iter().map(note));
+        Ok(file)
+    }
+
+    /// What is to be said of scenes that have been made of models.
+    pub(crate) fn take_notes(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.notes)
     }
 
     /// Notes whether a file is read with pbrt-v4's meaning.

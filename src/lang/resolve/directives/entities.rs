@@ -102,6 +102,15 @@ impl Resolver<'_> {
     }
 
     pub(crate) fn shape(&mut self, call: Call) {
+        match call.name.value.as_str() {
+            "gltf" => self.gltf_file(call),
+            "objmesh" => self.obj_file(call),
+            _ => self.one_shape(call),
+        }
+    }
+
+    /// A shape that is no file with materials of its own, or one part of such a file.
+    pub(in crate::lang) fn one_shape(&mut self, call: Call) {
         let material = match &self.state.material {
             CurrentMaterial::Default => None,
             CurrentMaterial::Index(index) => Some(*index),

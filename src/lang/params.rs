@@ -86,7 +86,12 @@ pub(super) fn take_float(d: &mut Directive, name: &str) -> Option<f64> {
 
 /// The one text of the parameter `name`.
 pub(super) fn string<'d>(d: &'d Directive, name: &str) -> Option<&'d Spanned<String>> {
-    match &find(d, name)?.values {
+    string_of(&d.params, name)
+}
+
+/// The same of a list of parameters.
+pub(super) fn string_of<'p>(params: &'p [Param], name: &str) -> Option<&'p Spanned<String>> {
+    match &params.iter().find(|p| p.name.value == name)?.values {
         Values::Strings(texts) if texts.len() == 1 => texts.first(),
         _ => None,
     }
@@ -94,7 +99,12 @@ pub(super) fn string<'d>(d: &'d Directive, name: &str) -> Option<&'d Spanned<Str
 
 /// The one truth value of the parameter `name`.
 pub(super) fn boolean(d: &Directive, name: &str) -> Option<bool> {
-    match &find(d, name)?.values {
+    boolean_of(&d.params, name)
+}
+
+/// The same of a list of parameters.
+pub(super) fn boolean_of(params: &[Param], name: &str) -> Option<bool> {
+    match &params.iter().find(|p| p.name.value == name)?.values {
         Values::Bools(values) if values.len() == 1 => values.first().copied(),
         _ => None,
     }
