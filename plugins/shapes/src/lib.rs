@@ -6,6 +6,7 @@ use bhs_core::plugin::Plugin;
 
 mod affine;
 mod bilinearmesh;
+mod curve;
 mod cylinder;
 mod disk;
 mod ellipsoid;
@@ -32,6 +33,7 @@ mod trianglemesh;
 /// All shapes, in alphabetical order.
 pub const ALL: &[Plugin<dyn Shape>] = &[
     bilinearmesh::PLUGIN,
+    curve::PLUGIN,
     cylinder::PLUGIN,
     disk::PLUGIN,
     gltf::PLUGIN,

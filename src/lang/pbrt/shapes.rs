@@ -7,8 +7,22 @@ use bhs_core::value::{Param, ParamType};
 use std::sync::Arc;
 
 /// What `Attribute "shape"` may state.
-const KNOWN: &[&str] =
-    &["alpha", "radius", "zmin", "zmax", "phimax", "height", "innerradius", "width", "width0", "width1", "type", "levels"];
+const KNOWN: &[&str] = &[
+    "alpha",
+    "radius",
+    "zmin",
+    "zmax",
+    "phimax",
+    "height",
+    "innerradius",
+    "width",
+    "width0",
+    "width1",
+    "type",
+    "basis",
+    "degree",
+    "splitdepth",
+];
 
 impl Translator {
     /// `Shape`.
@@ -18,6 +32,7 @@ impl Translator {
             "sphere" => vec!["alpha", "radius", "zmin", "zmax", "phimax"],
             "disk" => vec!["alpha", "height", "radius", "innerradius", "phimax"],
             "cylinder" => vec!["alpha", "radius", "zmin", "zmax", "phimax"],
+            "curve" => vec!["alpha", "width", "width0", "width1", "type", "basis", "degree", "splitdepth"],
             _ => vec!["alpha"],
         };
         debug_assert!(known.iter().all(|k| KNOWN.contains(k)));
@@ -34,10 +49,6 @@ impl Translator {
             }
             "plymesh" if drop_all(&mut d, &["displacement", "edgelength", "displacement.edgelength"]) => {
                 self.notes.ignored("displacement", at, "the picture lacks the bumps");
-            }
-            "curve" => {
-                self.notes.warn("the shape `curve` is left out", at, "", "the picture lacks hair and fur");
-                return;
             }
             "loopsubdiv" => {
                 drop_all(&mut d, &["scheme"]);
