@@ -167,6 +167,15 @@ impl Framebuffer {
         self.tiles.iter().map(of_tile).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
+    /// Pixels that take part in the wave under way, where adaptive sampling decides. Waits for threads that are at work on a tile.
+    pub fn pixels_under_way(&self) -> u64 {
+        let of_tile = |tile: &Mutex<Tile>| {
+            let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            tile.noise.iter().filter(|noise| noise.under_way).count() as u64
+        };
+        self.tiles.iter().map(of_tile).sum()
+    }
+
     /// The picture as it stands, without the layers: every pixel the weighted mean of the samples that it has, none without any, and what points
     /// of the sky add to it.
     pub fn picture(&self) -> Picture {

@@ -26,6 +26,7 @@ use bhs_core::value::{Param, Values};
 use bhs_engine::integrator::IntegratorBuilder;
 use bhs_engine::layer::{Layer, LayerFormat, NamedLayer, read_layers};
 use bhs_engine::transport::LightTransport;
+use bhs_materials::bumps::Bumps;
 use glam::DAffine3;
 use std::sync::Arc;
 
@@ -248,6 +249,7 @@ impl Registry {
             "camera" => drop(self.viewpoint(params)),
             "shape" => drop(self.motion(params)),
             "film" => drop(read_layers(params, &self.layers)),
+            "material" => drop(Bumps::read(params)),
             _ => {}
         }
     }

@@ -9,6 +9,7 @@ mod adaptive;
 mod allocations;
 mod animation;
 mod black;
+mod bumps;
 mod caustics;
 mod checkpoint;
 mod clamps;

@@ -23,8 +23,24 @@ use std::sync::{Arc, OnceLock};
 
 /// The names of all targets: those of the programs in `fuzz_targets` and of the folders in `corpus`.
 #[allow(dead_code)] // the targets name themselves, the replay goes through all
-pub const NAMES: [&str; 16] =
-    ["scene", "ply", "ply_gzip", "obj", "mtl", "stl", "gltf", "spd", "png", "jpeg", "hdr", "exr", "compare", "rays", "pairs", "checkpoint"];
+pub const NAMES: [&str; 16] = [
+    "scene",
+    "ply",
+    "ply_gzip",
+    "obj",
+    "mtl",
+    "stl",
+    "gltf",
+    "spd",
+    "png",
+    "jpeg",
+    "hdr",
+    "exr",
+    "compare",
+    "rays",
+    "pairs",
+    "checkpoint",
+];
 
 /// Bytes that any input may make the program hold at once.
 const BYTES_BESIDES: u64 = 8 << 20;

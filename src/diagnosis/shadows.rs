@@ -284,7 +284,7 @@ fn is_spot(built: &BuiltScene, light: u32) -> bool {
 /// Whether the material of a shape lets light go on through it, as glass does.
 fn lets_light_through(built: &BuiltScene, index: u32) -> bool {
     let Some(shape) = built.scene.shapes.iter().find(|shape| shape.index == index) else { return false };
-    let at = Shading::new(Vec2::splat(0.5), [550.0; N_LAMBDA]);
+    let at = Shading::at_uv(Vec2::splat(0.5), [550.0; N_LAMBDA]);
     let sample = |material: &dyn Material| material.sample(&at, Vec3::Z, 0.9, Vec2::splat(0.5));
     sample(&*shape.material).is_some_and(|sample| sample.wi.z < 0.0 && !sample.weight.is_zero())
 }

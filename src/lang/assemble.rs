@@ -123,15 +123,12 @@ pub(super) fn assemble(
             let geometry = to_render_space(part.geometry, origin, part.span, &mut load, found);
             let motion = part.motion.and_then(|m| motions.get(m).cloned());
             moving::check((&geometry, motion.as_ref()), told.as_ref(), (side, part.span), found);
-            let mut binding = ShapeBinding {
-                material: Arc::clone(&default_material),
-                emitter: None,
-                motion: motion.clone(),
-                index: part.index,
+            let material = match part.material {
+                Some(material) => materials.get(material)?.as_ref()?,
+                None => &default_material,
             };
-            if let Some(material) = part.material {
-                binding.material = Arc::clone(materials.get(material)?.as_ref()?);
-            }
+            let mut binding = ShapeBinding::new(Arc::clone(material), part.index);
+            binding.motion.clone_from(&motion);
             if let Some(gravity) = &gravity {
                 gravity.check_throat(&geometry, part.span, found);
             }
@@ -159,7 +156,7 @@ pub(super) fn assemble(
                 None => Arc::clone(&default_material),
             };
             geometries.push(geometry);
-            bindings.push(ShapeBinding { material, emitter: None, motion: None, index: part.index });
+            bindings.push(ShapeBinding::new(material, part.index));
             spans.push(part.span);
         }
     }

@@ -9,9 +9,10 @@ use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, shorten};
 use bhs_core::image::Image;
 use bhs_core::material::{BsdfSample, Material, Shading};
-use bhs_core::params::{Context, Named, Nameless};
+use bhs_core::params::{Context, Named, Nameless, Params};
 use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
 use bhs_core::texture::{Texture, TextureKind};
+use bhs_materials::bumps::Bumps;
 use glam::{Vec2, Vec3};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -127,7 +128,7 @@ impl<'a> Names<'a> {
 
     /// Makes a thing that has no name of its own and is used, from what has one. All that is wrong is told by [`Names::make_all`].
     pub fn make<T: Kind + ?Sized>(&self, entity: &Entity, context: Context) -> Option<Box<T>> {
-        self.create::<T>(entity, TextureKind::Float, true, &context).0
+        self.create_with::<T, ()>(entity, TextureKind::Float, true, &context, |_| None).0
     }
 
     /// Makes all materials, and the textures that they ask for; in the order of the scene. All that is wrong goes to `found`.
@@ -203,7 +204,11 @@ impl<'a> Names<'a> {
             None if self.running.get() == MAX_NESTED => return Made::TooDeep,
             None => self.state.borrow_mut().materials[i] = Some(Slot::UnderWay),
         }
-        let (made, depth) = self.create::<dyn Material>(&self.materials[i].entity, TextureKind::Float, used, context);
+        let (made, bumps, depth) = self.create_with(&self.materials[i].entity, TextureKind::Float, used, context, Bumps::read);
+        let made: Option<Box<dyn Material>> = match bumps {
+            Some(bumps) => made.map(|material| bumps.over(material)),
+            None => made,
+        };
         // What could not be made has been reported: nothing is rendered.
         let made: Arc<dyn Material> = made.map_or_else(|| Arc::new(Faulty) as _, Arc::from);
         self.state.borrow_mut().materials[i] = Some(Slot::Made(Arc::clone(&made), depth));
@@ -225,27 +230,28 @@ impl<'a> Names<'a> {
                 (*asked, *for_use) = (true, *for_use || used);
             }
         }
-        let (made, depth) = self.create::<dyn Texture>(&self.textures[i].entity, kind, used, context);
+        let (made, _, depth) = self.create_with::<dyn Texture, ()>(&self.textures[i].entity, kind, used, context, |_| None);
         let made: Arc<dyn Texture> = made.map_or_else(|| Arc::new(Faulty) as _, Arc::from);
         self.state.borrow_mut().textures.insert(key, Slot::Made(Arc::clone(&made), depth));
         Made::Whole(made, depth)
     }
 
-    /// Runs the constructor of a material or a texture; what it makes, and how deep its parts are nested.
-    fn create<T: Kind + ?Sized>(
+    /// Runs the constructor of a material or a texture; what it makes, what its directive reads, and how deep its parts are nested.
+    fn create_with<T: Kind + ?Sized, D>(
         &self,
         entity: &Entity,
         kind: TextureKind,
         used: bool,
         context: &Context,
-    ) -> (Option<Box<T>>, u32) {
+        read: impl FnOnce(&Params) -> Option<D>,
+    ) -> (Option<Box<T>>, Option<D>, u32) {
         let view = View { names: self, kind, used, depth: Cell::new(0) };
         let mut found = Vec::new();
         self.running.set(self.running.get() + 1);
-        let made = self.registry.create::<T>(entity, view.context(entity, context), &mut found);
+        let (made, of_directive) = self.registry.create_with::<T, D>(entity, view.context(entity, context), &mut found, read);
         self.running.set(self.running.get() - 1);
         self.report(found);
-        (made, view.depth.get())
+        (made, of_directive, view.depth.get())
     }
 }
 

@@ -72,9 +72,9 @@ impl<'s> Showing<'s> {
 impl Pictured {
     pub fn new(scene: &SceneDescription) -> Self {
         let showing = Showing::of(scene);
-        let shows_file = |e: &Entity| e.params.iter().any(|p| p.name.value == "filename");
+        let shows_file = |e: &Entity| e.params.iter().any(|p| matches!(p.name.value.as_str(), "filename" | "normalmap"));
         Self {
-            materials: scene.materials.iter().map(|m| showing.any_of(&m.entity)).collect(),
+            materials: scene.materials.iter().map(|m| shows_file(&m.entity) || showing.any_of(&m.entity)).collect(),
             area_lights: scene.area_lights.iter().map(|l| shows_file(&l.entity) || showing.any_of(&l.entity)).collect(),
             first: None,
             count: 0,

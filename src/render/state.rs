@@ -11,7 +11,7 @@ use crate::sky_points;
 use crate::wavelengths;
 use bhs_core::spectrum::VisibleWavelengths;
 use bhs_engine::stats::Counters;
-use bhs_engine::transport::LightTransport;
+use bhs_engine::transport::{LightTransport, RenderSetting};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -222,7 +222,9 @@ impl<'a> RenderState<'a> {
         if !std::mem::replace(&mut shared.is_begun, true)
             && let Some(memory) = &mut shared.memory
         {
-            memory.begin_wave(&self.job.setting(), samples);
+            let setting = self.job.setting();
+            let pixels = if self.job.noise.is_some() { self.frame.pixels_under_way() } else { setting.pixels };
+            memory.begin_wave(&RenderSetting { pixels, ..setting }, samples);
         }
         true
     }

@@ -115,7 +115,8 @@ fn mutated_stl_files() {
 /// Mutates the examples of a fuzz target, and hands each to it: what it does and how much memory it holds is checked there.
 fn mutated_by_target(target: &str, words: &[&str], count: u64) {
     let folder = common::root().join("fuzz/corpus").join(target);
-    let mut paths: Vec<_> = std::fs::read_dir(folder).expect("the folder is there").map(|e| e.expect("readable").path()).collect();
+    let mut paths: Vec<_> =
+        std::fs::read_dir(folder).expect("the folder is there").map(|e| e.expect("readable").path()).collect();
     paths.sort();
     let examples: Vec<Vec<u8>> = paths.iter().map(|path| std::fs::read(path).expect("it can be read")).collect();
     for seed in 0..times(count) {
@@ -128,15 +129,35 @@ fn mutated_by_target(target: &str, words: &[&str], count: u64) {
 
 #[test]
 fn mutated_materials() {
-    let words = ["newmtl b c\n", "Kd ", "-s 1 ", "map_Kd ", "illum 4\n", "1e999 ", "nan ", "\\\n", "d -halo ", "a.hdr", "\r", " "];
+    let words =
+        ["newmtl b c\n", "Kd ", "-s 1 ", "map_Kd ", "illum 4\n", "1e999 ", "nan ", "\\\n", "d -halo ", "a.hdr", "\r", " "];
     mutated_by_target("mtl", &words, MODELS);
 }
 
 #[test]
 fn mutated_models() {
     let words = [
-        "0", "1", "-1", "4294967295", "1e999", "[", "]", "{", "}", ",", "null", "\"nodes\":[0]", "\"mesh\":0,", "\"count\":400000000,", "\"byteOffset\":9,", "\"mode\":6,",
-        "\"indices\":0,", "\"byteStride\":4,", "\"normalized\":true,", "5126", "VEC4",
+        "0",
+        "1",
+        "-1",
+        "4294967295",
+        "1e999",
+        "[",
+        "]",
+        "{",
+        "}",
+        ",",
+        "null",
+        "\"nodes\":[0]",
+        "\"mesh\":0,",
+        "\"count\":400000000,",
+        "\"byteOffset\":9,",
+        "\"mode\":6,",
+        "\"indices\":0,",
+        "\"byteStride\":4,",
+        "\"normalized\":true,",
+        "5126",
+        "VEC4",
     ];
     mutated_by_target("gltf", &words, MODELS);
 }

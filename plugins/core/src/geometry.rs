@@ -8,10 +8,12 @@ use std::sync::Arc;
 
 pub mod instance;
 mod mesh;
+mod tangents;
 
 use instance::Instance;
 
 pub use mesh::{TriangleMesh, WorldMesh, sample_triangle, triangle_area};
+pub use tangents::SurfaceTangents;
 
 /// An axis-aligned box; empty if `min > max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,6 +166,10 @@ pub trait Analytic: Send + Sync {
     }
     /// The surface around a point of it.
     fn surface(&self, point: DVec3) -> SurfaceGeometry;
+    /// How a point of it moves with u and with v; `None` where the texture coordinates do not say.
+    fn tangents(&self, _point: DVec3) -> Option<[DVec3; 2]> {
+        None
+    }
     /// Its area, chart measure.
     fn area(&self) -> f64;
     /// Draws a point of it.
@@ -285,6 +291,19 @@ impl Geometry {
             Self::Mesh(mesh) => mesh.surface(triangle, barycentric),
             Self::Analytic(surface) => surface.surface(point),
             Self::Instance(instance) => instance.surface(triangle, barycentric),
+        }
+    }
+
+    /// How a point of it, given as for [`Geometry::surface`], and the normal there move with the texture coordinates.
+    pub fn tangents(&self, point: DVec3, triangle: u32, barycentric: DVec2) -> SurfaceTangents {
+        match self {
+            Self::Mesh(mesh) => mesh.tangents(triangle, barycentric),
+            Self::Analytic(surface) => {
+                let normal = |p| surface.surface(p).shading_normal;
+                let known = surface.tangents(point).map(|t| SurfaceTangents::with_normals(t, point, normal));
+                known.filter(SurfaceTangents::span_a_plane).unwrap_or_else(|| SurfaceTangents::of_plane(normal(point)))
+            }
+            Self::Instance(instance) => instance.tangents(triangle, barycentric),
         }
     }
 }

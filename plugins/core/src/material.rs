@@ -5,7 +5,7 @@
 //! is that of the radiance transported towards the camera: refraction includes the factor `1/eta^2`.
 
 use crate::spectrum::{N_LAMBDA, SampledSpectrum};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 /// What a material may know of the point that it shades.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,14 +16,36 @@ pub struct Shading {
     pub colour: Vec4,
     /// Wavelengths of the path as they are at this point (nm).
     pub lambda_nm: [f32; N_LAMBDA],
+    /// The point itself, world space.
+    pub point: DVec3,
+    /// Outer unit normal of the surface itself, world space.
+    pub normal: Vec3,
+    /// How the surface lies in the shading frame: for materials that say [`Material::is_oriented`], and for others as if its texture coordinates
+    /// were lengths along the axes.
+    pub tangents: Tangents,
 }
 
 impl Shading {
-    /// A point whose vertices give it no colour.
-    #[inline]
-    pub fn new(uv: Vec2, lambda_nm: [f32; N_LAMBDA]) -> Self {
-        Self { uv, colour: Vec4::ONE, lambda_nm }
+    /// A point of which nothing is known but its texture coordinates and wavelengths.
+    pub const fn at_uv(uv: Vec2, lambda_nm: [f32; N_LAMBDA]) -> Self {
+        Self { uv, colour: Vec4::ONE, lambda_nm, point: DVec3::ZERO, normal: Vec3::Z, tangents: Tangents::OF_AXES }
     }
+}
+
+/// How a point of a surface and its shading normal move with the texture coordinates (u, v).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tangents {
+    /// Derivatives of the point by u and by v, in the shading frame, made perpendicular to the shading normal; the first is along x.
+    pub point: [Vec3; 2],
+    /// Derivatives of the shading normal by u and by v, in the shading frame.
+    pub normal: [Vec3; 2],
+    /// Derivatives of the point by u and by v, world space.
+    pub world: [Vec3; 2],
+}
+
+impl Tangents {
+    /// Of a plane whose texture coordinates are lengths along the axes of the shading frame.
+    pub const OF_AXES: Self = Self { point: [Vec3::X, Vec3::Y], normal: [Vec3::ZERO; 2], world: [Vec3::X, Vec3::Y] };
 }
 
 /// A direction that a material chose.
@@ -69,6 +91,16 @@ pub trait Material: Send + Sync {
     /// alone, but for what an estimate varies by, and steadily on the latter on each side.
     fn is_uniform(&self) -> bool {
         false
+    }
+
+    /// Whether it asks for [`Shading::tangents`]: it scatters otherwise along the texture coordinates than across them, or has bumps.
+    fn is_oriented(&self) -> bool {
+        false
+    }
+
+    /// The unit normal, in the shading frame, about which it scatters what is seen from `wo`: z but for bumps.
+    fn normal(&self, _at: &Shading, _wo: Vec3) -> Vec3 {
+        Vec3::Z
     }
 
     /// The two materials that it is made of and their shares at a point, if it is nothing but a mix of two.

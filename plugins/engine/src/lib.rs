@@ -15,6 +15,7 @@ pub mod layer;
 pub mod light_sampling;
 pub mod path_log;
 pub mod scene;
+mod shading_frame;
 pub mod stats;
 pub mod transport;
 pub mod way;

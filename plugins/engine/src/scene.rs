@@ -2,11 +2,12 @@
 
 use crate::integrator::Integrator;
 use crate::light_sampling::{Emitter, LightSample, LightSampler};
+use crate::shading_frame::oriented;
 use crate::world::World;
 use bhs_core::camera::{CameraRay, Viewpoint};
 use bhs_core::geometry::{Geometry, SurfaceGeometry};
 use bhs_core::light::Emission;
-use bhs_core::material::{Material, Shading};
+use bhs_core::material::{Material, Shading, Tangents};
 use bhs_core::motion::Motion;
 use bhs_core::observer::Observer;
 use bhs_core::ray::{Ray, SurfaceHit};
@@ -26,6 +27,15 @@ pub struct ShapeBinding {
     pub motion: Option<Arc<dyn Motion>>,
     /// Number of the `Shape` directive in the scene, counted from 0.
     pub index: u32,
+    /// What the material says of [`Material::is_oriented`].
+    is_oriented: bool,
+}
+
+impl ShapeBinding {
+    /// A geometry at rest that emits nothing, of the `Shape` directive number `index`.
+    pub fn new(material: Arc<dyn Material>, index: u32) -> Self {
+        Self { is_oriented: material.is_oriented(), material, emitter: None, motion: None, index }
+    }
 }
 
 /// Everything that light transport needs.
@@ -230,8 +240,12 @@ impl Scene {
         let ratio = observer.ratio(hit.direction);
 
         let [wo, ng, ns] = view_from(observer.local_direction(hit.direction) * back, &observer, &surface);
-        let (s, t) = ns.any_orthonormal_pair();
-        let axes = [s, t, ns];
+        let (axes, tangents) = if binding.is_oriented {
+            oriented(&observer, &self.world.tangents(&hit), ns)
+        } else {
+            let (s, t) = ns.any_orthonormal_pair();
+            ([s, t, ns], Tangents::OF_AXES)
+        };
         let to_shading = |v: DVec3| DVec3::from_array(axes.map(|a| a.dot(v))).as_vec3();
         Some(Vertex {
             hit,
@@ -239,7 +253,14 @@ impl Scene {
             observer,
             ratio,
             radiance_factor: self.radiance_factor(ratio),
-            shading: Shading { uv: surface.uv, colour: surface.colour, lambda_nm: lambda.at(ratio as f32) },
+            shading: Shading {
+                uv: surface.uv,
+                colour: surface.colour,
+                lambda_nm: lambda.at(ratio as f32),
+                point: hit.point + self.world.origin,
+                normal: surface.normal.as_vec3(),
+                tangents,
+            },
             material: &*binding.material,
             emitter: binding.emitter.map(|e| &self.light_sampler.emitters[e as usize]),
             wo: to_shading(wo),
@@ -279,6 +300,20 @@ impl Scene {
     pub fn cos_to_viewer(observer: &Observer, hit: &SurfaceHit, surface: &SurfaceGeometry) -> f32 {
         let [wo, _, ns] = view(observer, hit, surface);
         ns.dot(wo) as f32
+    }
+
+    /// The unit normal about which the material at `hit` scatters (chart): that of the surface where nothing is measured.
+    pub fn shading_normal(&self, hit: &SurfaceHit) -> DVec3 {
+        let bare = self.world.surface(hit).shading_normal;
+        if !self.shapes[hit.geometry as usize].is_oriented {
+            return bare;
+        }
+        // No material looks at wavelengths for its normal.
+        let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);
+        self.vertex(*hit, &lambda).map_or(bare, |vertex| {
+            let local = vertex.local(vertex.material.normal(&vertex.shading, vertex.wo));
+            vertex.observer.frame.apply(local).normalize()
+        })
     }
 
     /// Whether light bends in this scene.

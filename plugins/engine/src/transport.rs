@@ -56,7 +56,7 @@ pub struct RenderSetting<'a> {
     pub sampler: &'a dyn Sampler,
     /// Least and greatest wavelength at E = 1 that the film sees, within a few percent (nm).
     pub lambda_range: [f32; 2],
-    /// Pixels of the whole picture, whatever part of it is rendered.
+    /// Pixels of the whole picture, whatever part of it is rendered; when a wave begins, those that take part in it.
     pub pixels: u64,
     /// The ray of the camera through a point of the whole picture and one of the lens, both in [0,1)^2.
     pub camera_ray: Arc<dyn Fn(Vec2, Vec2) -> Ray + Send + Sync + 'a>,

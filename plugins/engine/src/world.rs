@@ -1,7 +1,7 @@
 //! What light moves through: geometry, the intersector over it, and the spacetime. The part of a scene that integrators see.
 
 use crate::clearance::Clearance;
-use bhs_core::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry};
+use bhs_core::geometry::{Aabb, Analytic, Geometry, STEP_OFF, Segment, SurfaceGeometry, SurfaceTangents};
 use bhs_core::intersector::{Ends, Intersector, Primitive, PrimitiveHit};
 use bhs_core::motion::{Motion, Surroundings};
 use bhs_core::observer::{Conventions, Observer};
@@ -262,6 +262,11 @@ impl World {
     #[inline]
     pub fn surface(&self, hit: &SurfaceHit) -> SurfaceGeometry {
         self.geometries[hit.geometry as usize].surface(hit.point, hit.primitive, hit.barycentric)
+    }
+
+    /// How the point of a hit and its normal move with the texture coordinates.
+    pub fn tangents(&self, hit: &SurfaceHit) -> SurfaceTangents {
+        self.geometries[hit.geometry as usize].tangents(hit.point, hit.primitive, hit.barycentric)
     }
 
     /// A ray that leaves the surface point `hit` in the chart direction `direction`.

@@ -73,8 +73,8 @@ impl AlbedoOfScene {
         let value = match self.table_of[hit.geometry as usize].filter(|_| shift == 1.0) {
             Some(table) => {
                 let material = &*seen.scene.shapes[hit.geometry as usize].material;
+                let at = Shading::at_uv(surface.uv, [0.0; N_LAMBDA]);
                 let cos = Scene::cos_to_viewer(observer, hit, surface);
-                let at = Shading::new(surface.uv, [0.0; N_LAMBDA]);
                 self.tables[table as usize].at(cos, |wo| self.colors.of(material, &at, wo, 1.0))
             }
             // Which wavelengths the vertex has does not matter: they are replaced.

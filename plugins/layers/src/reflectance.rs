@@ -44,7 +44,8 @@ impl Colors {
         &self.wavelengths[0]
     }
 
-    /// The colour of a material at a point, whose wavelengths are replaced, seen from `wo` (shading frame), at `shift` times the wavelengths that are seen.
+    /// The colour of a material at a point, whose wavelengths do not matter, seen from `wo` (shading frame), at `shift` times the wavelengths that
+    /// are seen.
     pub fn of(&self, material: &dyn Material, at: &Shading, wo: Vec3, shift: f64) -> Value {
         let mut sum = [0.0; 3];
         for (lambda, colors) in self.wavelengths.iter().zip(&self.colors) {
@@ -151,7 +152,7 @@ pub mod tests {
         let material = (material.build)(&params).expect("without fault");
         assert!(params.finish().0.is_empty() && material.is_uniform(), "{name}");
         let (colors, table) = (Colors::new(&*film), Table::default());
-        let exact = |wo| colors.of(&*material, &Shading::new(Vec2::ZERO, [0.0; N_LAMBDA]), wo, 1.0);
+        let exact = |wo| colors.of(&*material, &Shading::at_uv(Vec2::ZERO, [0.0; N_LAMBDA]), wo, 1.0);
         let mut worst = [0.0f64; 2];
         for i in 0..400 {
             let cos = (0.02 + 0.98 * (i as f32 + 0.3) / 400.0).copysign(if i % 2 == 0 { 1.0 } else { -1.0 });

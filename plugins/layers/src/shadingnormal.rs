@@ -26,6 +26,6 @@ impl Layer for ShadingNormal {
     }
 
     fn value(&self, seen: &VisibleSurface) -> Option<Value> {
-        seen.surface().map(|surface| surface.shading_normal.to_array())
+        seen.hit().map(|hit| seen.scene.shading_normal(hit).to_array())
     }
 }

@@ -118,7 +118,7 @@ impl Diffuse {
     fn at(&self, uv: Vec2, lambda_nm: [f32; N_LAMBDA], clock_rate: f32) -> SampledSpectrum {
         match &self.radiance {
             Radiance::Spectrum(spectrum) => spectrum.sample_at(lambda_nm, clock_rate),
-            Radiance::Texture(texture) => texture.spectrum(&Shading::new(uv, lambda_nm)).map(|v| v.max(0.0)),
+            Radiance::Texture(texture) => texture.spectrum(&Shading::at_uv(uv, lambda_nm)).map(|v| v.max(0.0)),
             Radiance::Picture(picture) => rgb_emission(picture.at(uv), lambda_nm),
         }
     }

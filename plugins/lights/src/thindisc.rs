@@ -187,7 +187,7 @@ impl AreaLight for ThinDisc {
         let Some(bound) = self.bound.as_ref().filter(|_| at.cos_theta != 0.0) else { return SampledSpectrum::ZERO };
         let radiance = self.black_body(bound, at.point, at.lambda_nm);
         match &self.modulation {
-            Some(texture) => radiance * texture.float(&Shading::new(at.uv, at.lambda_nm)).clamp(0.0, f32::MAX),
+            Some(texture) => radiance * texture.float(&Shading::at_uv(at.uv, at.lambda_nm)).clamp(0.0, f32::MAX),
             None => radiance,
         }
     }

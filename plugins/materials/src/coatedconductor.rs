@@ -11,7 +11,7 @@
 //! |---|---|---|---|---|
 //! | `conductor.eta`, `conductor.k` | spectrum, texture | copper | | refractive and absorption index of the metal |
 //! | `reflectance` | spectrum, texture | none | | of the bare metal at normal incidence, instead of these |
-//! | `conductor.roughness` | float, texture | 0 | | of the metal: 0 (polished) to 1; also `uroughness` and `vroughness`, which must be equal |
+//! | `conductor.roughness` | float, texture | 0 | | of the metal: 0 (polished) to 1; also `conductor.uroughness` and `conductor.vroughness`, along dp/du and dp/dv |
 //! | `interface.roughness` | float, texture | 0 | | of the coat, likewise |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
 //! | `interface.eta` | spectrum | 1.5 | | refractive index of the coat, 1 to 10, the same at all wavelengths |
@@ -105,11 +105,12 @@ impl CoatedConductor {
 
     /// The facets of the metal as they are seen through the coat's; `None`: it is a mirror.
     fn metal(&self, at: &Shading) -> Option<Ggx> {
-        let metal = self.metal.at(at).map_or(0.0, |f| f.alpha);
+        let metal = self.metal.at(at).map_or(Vec2::ZERO, |f| f.alpha);
         // Each crossing turns light by the share 1 - 1/eta of a facet's tilt, and a mirror by twice its own.
-        let coat = self.coat.at(at).map_or(0.0, |f| f.alpha) * (1.0 - 1.0 / self.eta) * 0.5;
-        let alpha = (metal * metal + 2.0 * coat * coat).sqrt();
-        (alpha >= SMOOTH).then_some(Ggx { alpha: alpha.min(1.0) })
+        let coat = self.coat.at(at).map_or(Vec2::ZERO, |f| f.alpha) * ((1.0 - 1.0 / self.eta) * 0.5);
+        let squares = metal * metal + coat * coat * 2.0;
+        let alpha = Vec2::new(squares.x.sqrt(), squares.y.sqrt());
+        (alpha.max_element() >= SMOOTH).then_some(Ggx { alpha: alpha.clamp(Vec2::splat(0.1 * SMOOTH), Vec2::ONE) })
     }
 
     /// Probability that a direction is chosen by the coat.
@@ -206,6 +207,10 @@ impl Material for CoatedConductor {
 
     fn is_uniform(&self) -> bool {
         self.optics.is_uniform() && self.metal.is_uniform() && self.coat.is_uniform()
+    }
+
+    fn is_oriented(&self) -> bool {
+        self.metal.is_oriented() || self.coat.is_oriented()
     }
 
     fn is_specular(&self) -> bool {

@@ -12,7 +12,7 @@
 //! |---|---|---|---|---|
 //! | `reflectance` | spectrum, texture | 0.5 | | share of the light that the ground reflects |
 //! | `roughness` | float, texture | 0 | | of the coat: 0 (polished) to 1; that of a texture counts in 32 steps of alpha |
-//! | `uroughness`, `vroughness` | float, texture | `roughness` | | must be equal: different ones are not supported yet |
+//! | `uroughness`, `vroughness` | float, texture | `roughness` | | along dp/du and dp/dv, instead of that of both |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
 //! | `thickness` | float | 0.01 | | of the coat: light that crosses it straight keeps exp(-thickness) |
 //! | `eta` | spectrum | 1.5 | | the coat's refractive index, 0.1 to 10; the same at all wavelengths |
@@ -62,7 +62,7 @@ struct Layer {
 /// The coats of all points.
 enum Coats {
     One(Layer),
-    /// By a texture, in equal steps of alpha; each is made when it is first needed.
+    /// By a texture; what gets through, in equal steps of alpha, each of which is made when it is first needed.
     Textured {
         facets: Facets,
         thickness: f32,
@@ -111,7 +111,11 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
     p.get_in("maxdepth", 10, 1..=1_000_000, "", "no effect: all ways of the light are summed");
     p.get_in("nsamples", 1, 1..=1_000_000, "", "no effect: all ways of the light are summed");
     let thickness = thickness as f32;
-    let layer = |facets| Coats::One(Layer { facets, coat: Coat::new(eta, facets, thickness) });
+    // What gets through facets that are wider along one tangent is taken for that of as wide ones in the mean.
+    let layer = |facets: Option<Ggx>| {
+        let mean = facets.map(|f| Ggx::isotropic(f.mean_alpha()));
+        Coats::One(Layer { facets, coat: Coat::new(eta, mean, thickness) })
+    };
     let coats = match facets {
         Facets::Smooth => layer(None),
         Facets::Rough(facets) => layer(Some(facets)),
@@ -121,18 +125,20 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
 }
 
 impl CoatedDiffuse {
-    /// The coat at a point.
+    /// The coat at a point, and its facets.
     #[inline]
-    fn layer(&self, at: &Shading) -> &Layer {
+    fn layer(&self, at: &Shading) -> (&Coat, Option<Ggx>) {
         match &self.coats {
-            Coats::One(layer) => layer,
+            Coats::One(layer) => (&layer.coat, layer.facets),
             Coats::Textured { facets, thickness, steps } => {
-                let alpha = facets.at(at).map_or(0.0, |f| f.alpha);
+                let here = facets.at(at);
+                let alpha = here.map_or(0.0, Ggx::mean_alpha);
                 let step = ((alpha * STEPS as f32).round() as usize).min(STEPS);
-                steps[step].get_or_init(|| {
-                    let facets = Some(Ggx { alpha: (step as f32 / STEPS as f32).max(SMOOTH) });
+                let layer = steps[step].get_or_init(|| {
+                    let facets = Some(Ggx::isotropic((step as f32 / STEPS as f32).max(SMOOTH)));
                     Layer { facets, coat: Coat::new(self.eta, facets, *thickness) }
-                })
+                });
+                (&layer.coat, if facets.is_oriented() { here } else { layer.facets })
             }
         }
     }
@@ -152,11 +158,17 @@ impl CoatedDiffuse {
     }
 
     /// The BSDF times |cos(theta_i)|, and the density of `wi`, but for a smooth coat's reflection; both on the side z > 0.
-    fn both(&self, layer: &Layer, (ground, by_coat): (SampledSpectrum, f32), wo: Vec3, wi: Vec3) -> (SampledSpectrum, f32) {
+    fn both(
+        &self,
+        (coat, facets): (&Coat, Option<Ggx>),
+        (ground, by_coat): (SampledSpectrum, f32),
+        wo: Vec3,
+        wi: Vec3,
+    ) -> (SampledSpectrum, f32) {
         let cos_per_pi = wi.z * FRAC_1_PI;
-        let mut value = ground * (layer.coat.through(wi.z) * cos_per_pi);
+        let mut value = ground * (coat.through(wi.z) * cos_per_pi);
         let mut pdf = (1.0 - by_coat) * cos_per_pi;
-        if let (Some(facets), Some(m)) = (layer.facets, (wo + wi).try_normalize()) {
+        if let (Some(facets), Some(m)) = (facets, (wo + wi).try_normalize()) {
             let mirrored = facets.mirrored_density(wo, m);
             let (reflected, _) = fresnel::dielectric(wo.dot(m).clamp(0.0, 1.0), self.eta);
             value += SampledSpectrum::splat(reflected * mirrored * facets.shadowing(wo, wi));
@@ -172,8 +184,8 @@ impl CoatedDiffuse {
         }
         let side = Vec3::new(1.0, 1.0, wo.z.signum());
         let layer = self.layer(at);
-        let ground = self.ground(&layer.coat, at, wo);
-        let by_coat = Self::chooses_coat(&layer.coat, ground, wo);
+        let ground = self.ground(layer.0, at, wo);
+        let by_coat = Self::chooses_coat(layer.0, ground, wo);
         self.both(layer, (ground, by_coat), wo * side, wi * side)
     }
 }
@@ -193,22 +205,22 @@ impl Material for CoatedDiffuse {
         }
         let side = Vec3::new(1.0, 1.0, wo.z.signum());
         let up = wo * side;
-        let layer = self.layer(at);
-        let ground = self.ground(&layer.coat, at, wo);
-        let by_coat = Self::chooses_coat(&layer.coat, ground, wo);
+        let (coat, facets) = self.layer(at);
+        let ground = self.ground(coat, at, wo);
+        let by_coat = Self::chooses_coat(coat, ground, wo);
         let wi = if choice >= by_coat {
             cosine_hemisphere(u)
-        } else if let Some(facets) = layer.facets {
+        } else if let Some(facets) = facets {
             fresnel::reflect(up, facets.sample_visible(up, u))
         } else {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-            let weight = SampledSpectrum::splat(layer.coat.reflected(up.z) / by_coat);
+            let weight = SampledSpectrum::splat(coat.reflected(up.z) / by_coat);
             return Some(BsdfSample { wi, weight, pdf: by_coat, specular: true, drops_wavelengths: false, eta: 1.0 });
         };
         if wi.z <= 0.0 {
             return None;
         }
-        let (value, pdf) = self.both(layer, (ground, by_coat), up, wi);
+        let (value, pdf) = self.both((coat, facets), (ground, by_coat), up, wi);
         (pdf > 0.0).then(|| BsdfSample {
             wi: wi * side,
             weight: value / pdf,
@@ -220,13 +232,20 @@ impl Material for CoatedDiffuse {
     }
 
     fn reflectance(&self, at: &Shading, wo: Vec3) -> SampledSpectrum {
-        let coat = &self.layer(at).coat;
+        let coat = self.layer(at).0;
         let reflected = coat.reflected(wo.z.abs());
         self.ground(coat, at, wo).map(|ground| reflected + ground * coat.mean_through)
     }
 
     fn is_uniform(&self) -> bool {
-        self.reflectance.is_uniform() && matches!(self.coats, Coats::One(_))
+        self.reflectance.is_uniform() && matches!(self.coats, Coats::One(_)) && !self.is_oriented()
+    }
+
+    fn is_oriented(&self) -> bool {
+        match &self.coats {
+            Coats::One(layer) => layer.facets.is_some_and(|f| !f.is_isotropic()),
+            Coats::Textured { facets, .. } => facets.is_oriented(),
+        }
     }
 
     fn is_specular(&self) -> bool {

@@ -12,7 +12,7 @@
 //! | `k` | spectrum, texture | `metal-Cu-k` | | absorption index |
 //! | `reflectance` | spectrum, texture | none | | reflectance at normal incidence, instead of `eta` and `k` |
 //! | `roughness` | float, texture | 0 | | 0 (polished) to 1 |
-//! | `uroughness`, `vroughness` | float, texture | `roughness` | | must be equal: different ones are not supported yet |
+//! | `uroughness`, `vroughness` | float, texture | `roughness` | | along dp/du and dp/dv, instead of that of both |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
 //!
 //! ```bhs
@@ -171,6 +171,10 @@ impl Material for Conductor {
 
     fn is_uniform(&self) -> bool {
         self.optics.is_uniform() && self.facets.is_uniform()
+    }
+
+    fn is_oriented(&self) -> bool {
+        self.facets.is_oriented()
     }
 
     fn is_specular(&self) -> bool {

@@ -16,7 +16,7 @@
 //! |---|---|---|---|---|
 //! | `eta` | spectrum | 1.5 | | refractive index, 0.001 to 1000; one that depends on the wavelength disperses light |
 //! | `roughness` | float, texture | 0 | | 0 (polished) to 1 |
-//! | `uroughness`, `vroughness` | float, texture | `roughness` | | must be equal: different ones are not supported yet |
+//! | `uroughness`, `vroughness` | float, texture | `roughness` | | along dp/du and dp/dv, instead of that of both |
 //! | `remaproughness` | bool | true | | whether alpha is the square root of the roughness, or the roughness itself |
 //!
 //! ```bhs
@@ -192,6 +192,10 @@ impl Material for Dielectric {
             Index::Constant(eta) => *eta,
             Index::Dispersive(eta) => eta.at(MIDDLE),
         })
+    }
+
+    fn is_oriented(&self) -> bool {
+        self.facets.is_oriented()
     }
 
     fn is_specular(&self) -> bool {

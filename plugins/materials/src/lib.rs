@@ -1,9 +1,10 @@
-//! Materials: what surfaces do with light. One file, one plugin; `fresnel`, `microfacet`, `roughness`,
+//! Materials: what surfaces do with light. One file, one plugin; `bumps`, `fresnel`, `microfacet`, `roughness`,
 //! `rough_interface` and `coat` are shared by several.
 
 use bhs_core::Plugin;
 use bhs_core::material::Material;
 
+pub mod bumps;
 pub mod coat;
 mod coatedconductor;
 mod coateddiffuse;
@@ -39,5 +40,5 @@ pub const ALL: &[Plugin<dyn Material>] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["coat", "fresnel", "microfacet", "rough_interface", "roughness"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["bumps", "coat", "fresnel", "microfacet", "rough_interface", "roughness"]);
 }

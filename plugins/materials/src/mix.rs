@@ -178,6 +178,10 @@ impl Material for Mix {
         self.evaluations
     }
 
+    fn is_oriented(&self) -> bool {
+        self.materials.iter().any(|m| m.is_oriented())
+    }
+
     fn is_specular(&self) -> bool {
         self.is_specular
     }

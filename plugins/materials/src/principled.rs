@@ -83,7 +83,7 @@ fn facets(roughness: &FloatParameter, at: &Shading) -> Option<Ggx> {
     let value = roughness.at(at);
     match roughness {
         FloatParameter::Constant(_) if value * value < SMOOTH => None,
-        _ => Some(Ggx { alpha: (value * value).max(SMOOTH) }),
+        _ => Some(Ggx { alpha: Vec2::splat((value * value).max(SMOOTH)) }),
     }
 }
 

@@ -5,8 +5,8 @@ mod support;
 use bhs_core::material::Material;
 use glam::{Vec2, Vec3};
 use support::{
-    AT, boolean, build, chi_square, coated, float, named, outgoing, random, rough_glass, rough_gold, rough_white, sidak, texts,
-    upper_gamma,
+    AT, boolean, brushed, build, chi_square, coated, float, named, outgoing, random, rough_glass, rough_gold, rough_white, sidak,
+    texts, upper_gamma,
 };
 
 const ALPHAS: [f64; 5] = [0.02, 0.1, 0.3, 0.7, 1.0];
@@ -35,6 +35,13 @@ fn samples_have_their_density() {
             ),
         ),
         ("paper".to_owned(), build("diffusetransmission", &[float("reflectance", 0.6), float("transmittance", 0.2)])),
+        ("brushed metal".to_owned(), brushed("conductor", "", [0.05, 0.4], &[])),
+        ("glass with grooves".to_owned(), brushed("dielectric", "", [0.5, 0.15], &[])),
+        (
+            "brushed under varnish".to_owned(),
+            brushed("coatedconductor", "conductor.", [0.4, 0.1], &[float("interface.roughness", 0.3)]),
+        ),
+        ("a coat with grooves".to_owned(), brushed("coateddiffuse", "", [0.1, 0.5], &[])),
         ("mix".to_owned(), build("mix", &[texts("materials", &["gold", "glass"]), float("amount", 0.4)])),
     ]);
     materials.extend(support::principled_rows());

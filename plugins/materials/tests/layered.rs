@@ -19,7 +19,7 @@ fn near(a: f32, b: f32, tolerance: f32) -> bool {
 /// share that the coat reflects.
 fn walk(wo: Vec3, alpha: f32, thickness: f32, reflectance: f64, seed: u64) -> (f64, f64) {
     let (eta, n) = (1.5f32, 200_000u64);
-    let interface = Interface { eta, facets: Ggx { alpha } };
+    let interface = Interface { eta, facets: Ggx::isotropic(alpha) };
     let crossing = |z: f32| f64::from((-thickness / z.abs()).exp());
     let (mut ground, mut coat) = (0.0, 0.0);
     for k in 0..n {

@@ -53,8 +53,8 @@ fn the_table_is_the_same_whatever_is_given() {
 #[test]
 fn conductor_refuses_what_it_cannot_do() {
     let u = |u, v| [float("uroughness", u), float("vroughness", v)];
-    expect("conductor", &u(0.1, 0.2), &["not supported yet", "0.1 along one tangent", "give one `roughness`"]);
-    build("conductor", &u(0.1, 0.1));
+    assert!(build("conductor", &u(0.1, 0.2)).is_oriented() && !build("conductor", &u(0.1, 0.2)).is_uniform());
+    assert!(!build("conductor", &u(0.1, 0.1)).is_oriented() && build("conductor", &u(0.1, 0.1)).is_uniform());
     expect("conductor", &[float("roughness", 1.5)], &["`roughness` is out of range", "from 0 to 1, found 1.5"]);
     expect("conductor", &[float("uroughness", 1.5), float("roughness", 1.0)], &["`uroughness` is out of range"]);
     expect("conductor", &[float("reflectance", 0.5), named("k", "metal-Au-k")], &["`k` and `reflectance` exclude each other"]);
@@ -68,7 +68,7 @@ fn dielectric_refuses_what_it_cannot_do() {
         expect("dielectric", &[float("eta", eta)], &["`eta` is", "lies between 0.001 and 1000"]);
     }
     expect("dielectric", &[float("roughness", 2.0)], &["`roughness` is out of range"]);
-    expect("dielectric", &[float("uroughness", 0.1)], &["not supported yet", "0.1 along one tangent"]);
+    assert!(build("dielectric", &[float("uroughness", 0.1)]).is_oriented());
     build("dielectric", &[float("roughness", 0.1), boolean("remaproughness", false), named("eta", "glass-SF11")]);
 }
 
@@ -95,9 +95,11 @@ fn textures_stand_for_spectra_and_numbers() {
         let [textured, plain] = [texture("roughness", "ramp"), float("roughness", 0.3)].map(|p| build(name, &[p]));
         assert_eq!(textured.pdf(&at(0.3), Vec3::Z, Vec3::Z), plain.pdf(&AT, Vec3::Z, Vec3::Z));
         assert!(!textured.is_specular());
+        let brushed = build(name, &[texture("uroughness", "ramp"), float("vroughness", 0.2)]);
+        let plain = build(name, &[float("uroughness", 0.3), float("vroughness", 0.2)]);
+        assert_eq!(brushed.pdf(&at(0.3), Vec3::Z, Vec3::Z), plain.pdf(&AT, Vec3::Z, Vec3::Z));
         // One texture for both tangents is one roughness.
-        let u = || texture("uroughness", "ramp");
-        expect(name, &[u(), float("vroughness", 0.2)], &["a texture along one tangent"]);
+        assert!(brushed.is_oriented() && !textured.is_oriented());
     }
     let mix = build("mix", &[texts("materials", &["matt", "mirror"]), texture("amount", "ramp")]);
     assert!((mix.evaluate(&at(0.75), Vec3::Z, Vec3::Z)[0] - 0.25 / std::f32::consts::PI).abs() < 1e-6);

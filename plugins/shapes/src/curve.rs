@@ -139,7 +139,7 @@ fn elevated([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
 
 /// The control points of the cubic curves that points are those of.
 fn of_bezier(points: &[DVec3], degree: usize) -> Option<Vec<[DVec3; 4]>> {
-    if points.len() <= degree || (points.len() - 1) % degree != 0 {
+    if points.len() <= degree || !(points.len() - 1).is_multiple_of(degree) {
         return None;
     }
     let curve = |i: usize| {

@@ -144,6 +144,12 @@ impl Analytic for Cylinder {
         self.surface_at(self.place.point_to_own(point))
     }
 
+    fn tangents(&self, point: DVec3) -> Option<[DVec3; 2]> {
+        let p = self.place.point_to_own(point);
+        let [du, dv] = [DVec3::new(-p.y, p.x, 0.0) * self.phi_max, DVec3::Z * (self.z[1] - self.z[0])];
+        Some([du, dv].map(|d| self.place.world_from_own * d))
+    }
+
     fn area(&self) -> f64 {
         self.area
     }

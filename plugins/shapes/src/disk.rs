@@ -98,6 +98,13 @@ impl Analytic for Disk {
         self.surface_at(self.place.point_to_own(point))
     }
 
+    fn tangents(&self, point: DVec3) -> Option<[DVec3; 2]> {
+        let p = self.place.point_to_own(point);
+        let outwards = DVec3::new(p.x, p.y, 0.0).normalize_or(DVec3::X);
+        let [du, dv] = [DVec3::new(-p.y, p.x, 0.0) * self.phi_max, outwards * (self.inner - 1.0)];
+        Some([du, dv].map(|d| self.place.world_from_own * d))
+    }
+
     fn area(&self) -> f64 {
         0.5 * (1.0 - self.inner) * (1.0 + self.inner) * self.phi_max * self.place.area_factor(DVec3::Z)
     }

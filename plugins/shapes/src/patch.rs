@@ -171,6 +171,17 @@ impl Analytic for Patch {
         self.surface_at(self.place(point))
     }
 
+    fn tangents(&self, point: DVec3) -> Option<[DVec3; 2]> {
+        let place = self.place(point);
+        let [of_a, of_b] = self.derivatives(place.x, place.y);
+        // The texture coordinates by the place on the patch.
+        let [c00, c10, c01, c11] = self.uvs;
+        let by_a = (c10 - c00) * (1.0 - place.y) + (c11 - c01) * place.y;
+        let by_b = (c01 - c00) * (1.0 - place.x) + (c11 - c10) * place.x;
+        let determinant = by_a.perp_dot(by_b);
+        Some([(of_a * by_b.y - of_b * by_a.y) / determinant, (of_b * by_a.x - of_a * by_b.x) / determinant])
+    }
+
     fn area(&self) -> f64 {
         let nodes = gauss_legendre();
         nodes.iter().map(|(u, a)| nodes.iter().map(|(v, b)| a * b * self.cross(*u, *v).length()).sum::<f64>()).sum()

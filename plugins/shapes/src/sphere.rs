@@ -185,6 +185,17 @@ impl Analytic for Sphere {
         self.surface_at(self.unit(point))
     }
 
+    fn tangents(&self, point: DVec3) -> Option<[DVec3; 2]> {
+        let p = self.unit(point);
+        let r = p.x.hypot(p.y);
+        // At a pole any meridian is as good as another.
+        let [cos, sin] = if r > 0.0 { [p.x / r, p.y / r] } else { [1.0, 0.0] };
+        let [v0, v1] = self.part.z.map(f64::acos);
+        let du = DVec3::new(-p.y, p.x, 0.0) * self.part.phi_max;
+        let dv = DVec3::new(p.z * cos, p.z * sin, -r) * (v1 - v0);
+        Some([du, dv].map(|d| self.world_from_unit * d))
+    }
+
     fn area(&self) -> f64 {
         self.area
     }

@@ -37,7 +37,7 @@ pub fn read(file: &[u8]) -> Result<Stl, String> {
     let text = file.strip_prefix(BYTE_ORDER_MARK).unwrap_or(file).trim_ascii_start();
     let begins_as_text = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // Bytes that no text has: also where a name is in another encoding, its lines are.
-    let holds_others = |bytes: &[u8]| bytes.iter().any(|b| *b == 0);
+    let holds_others = |bytes: &[u8]| bytes.contains(&0);
     let is_binary = file.len() >= HEADER && (stated(file) == held(file) || holds_others(file) || !begins_as_text);
     match (is_binary, begins_as_text) {
         (true, false) if stated(file) != held(file) && !holds_others(file) => Err(no_stl(file)),

@@ -126,7 +126,7 @@ fn faults_are_told_with_their_place() {
     check("  endfacet\n", "", "line 8: `facet` stands within a facet: the one before it has no `endfacet`");
     check("  facet normal 0 0 0\n", "", "line 3: `vertex` stands outside of a facet");
     check("outer loop", "outer lop", "line 3: `lop` is no word of STL");
-    assert_eq!(fault(text_form[..text_form.len() - 60].as_bytes()), "it ends within a facet: it is cut off");
+    assert_eq!(fault(&text_form.as_bytes()[..text_form.len() - 60]), "it ends within a facet: it is cut off");
     assert_eq!(fault(b"solid nothing\nendsolid"), "it holds no triangle");
     assert_eq!(fault(b"\xff\xfes\0o\0"), "it is text in UTF-16: save it as UTF-8 or ASCII");
 }

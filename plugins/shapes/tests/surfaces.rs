@@ -306,6 +306,24 @@ fn vertex_normals_decide_which_side_is_out() {
 }
 
 #[test]
+fn tangents_are_the_derivatives_of_the_point_by_texture_coordinates() {
+    for case in cases() {
+        for i in 0..40 {
+            let [s, t, ..] = spread(i).map(|x| 0.05 + 0.9 * x);
+            let [du, dv] = case.surface.tangents((case.point)(s, t)).expect("they are known");
+            // By the place on the square, through the texture coordinates: the chain rule.
+            let h = 1e-6;
+            for (step, along) in [(DVec2::X * h, DVec2::X), (DVec2::Y * h, DVec2::Y)] {
+                let moved = ((case.point)(s + step.x, t + step.y) - (case.point)(s - step.x, t - step.y)) / (2.0 * h);
+                let uv = (case.uv)(s + along.x * h, t + along.y * h) - (case.uv)(s - along.x * h, t - along.y * h);
+                let by_uv = du * (uv.x / (2.0 * h)) + dv * (uv.y / (2.0 * h));
+                assert!(near(moved, by_uv, 1e-6), "{} {i}: {moved} {by_uv}", case.name);
+            }
+        }
+    }
+}
+
+#[test]
 fn moving_to_render_space_moves_everything() {
     let origin = DVec3::new(100.0, -3.0, 7.0);
     for mut case in cases() {

@@ -4,29 +4,32 @@
 //! A texture of spectra raises each colour to a smooth spectrum, as `rgb` does; a texture of floats is the mean of the channels.
 //! Eight and sixteen bits a channel are decoded as `encoding` says, HDR and EXR pictures are linear.
 //!
-//! Names, defaults and conventions of pbrt-v4; the filters are those of a single level of detail.
+//! Names, defaults and conventions of pbrt-v4. A path does not know how large a patch of the picture its pixel sees, bent as light may be: `trilinear`
+//! and `ewa`, which are means over that patch, are read as `bilinear`, and the samples of the pixel are the mean.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
 //! | `filename` | string | required | | a PNG, JPEG, HDR or EXR picture, or a glTF file that holds some |
 //! | `image` | integer | none | | of a glTF file: the number of the picture in it, from 0 |
-//! | `wrap` | string | "repeat" | | outside of the picture: it repeats, keeps its edge (`clamp`), repeats mirrored (`mirror`), or is `black` |
-//! | `filter` | string | "bilinear" | | between texels; or the nearest one: `point` |
+//! | `wrap` | string | "repeat" | | outside of the picture: it repeats, keeps its edge (`clamp`), repeats mirrored (`mirror`), is `black`, or goes on as on a sphere (`octahedralsphere`) |
+//! | `filter` | string | "bilinear" | | between texels, also by the names `trilinear` and `ewa`; or the nearest one: `point` |
+//! | `maxanisotropy` | float | 8 | | no effect: of the filter `ewa` |
 //! | `encoding` | string | "sRGB" | | of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent |
 //! | `channel` | string | "mean" | | of a texture of floats: the mean of the colours, one of them (`red`, `green`, `blue`), or how opaque the picture is: `alpha` is the mean where it does not say, `opacity` 1 |
 //! | `scale` | float | 1 | | factor |
 //! | `invert` | bool | false | | whether it is one minus the picture |
-//! | `mapping` | string | "uv" | | how a point is placed |
+//! | `mapping` | string | "uv" | | how a point is placed: `uv`, `spherical`, `cylindrical`, `planar` |
 //! | `uscale`, `vscale` | float | 1 | | factors of u and v |
 //! | `rotate` | float | 0 | deg | by which texture coordinates are turned around (0, 0), once they are scaled |
 //! | `udelta`, `vdelta` | float | 0 | | what is added to them |
+//! | `v1`, `v2` | vector3 | x, y | | of `planar`: s and t are a point's products with them |
 //!
 //! ```text
 //! Texture "wood" "spectrum" "imagemap" "string filename" "wood.png" "float uscale" 4
 //! ```
 
 use crate::decode::decode;
-use crate::mapping::UvMapping;
+use crate::mapping::Mapping;
 use bhs_colour::srgb_decode;
 use bhs_core::Plugin;
 use bhs_core::diagnostics::{Diagnostic, Spanned, did_you_mean};
@@ -50,6 +53,8 @@ enum Wrap {
     Clamp,
     Mirror,
     Black,
+    /// The square of an octahedral map of directions, whose edges are folded onto themselves.
+    Sphere,
 }
 
 /// How the numbers of 8 and 16 bits mean light.
@@ -96,7 +101,7 @@ struct ImageMap {
     channel: Channel,
     scale: f32,
     invert: bool,
-    mapping: UvMapping,
+    mapping: Mapping,
     /// For what its spectra are.
     role: SpectrumRole,
     spectra: &'static SmoothSpectra,
@@ -105,13 +110,11 @@ struct ImageMap {
 fn build(p: &Params) -> Option<Box<dyn Texture>> {
     let filename = p.require::<String>("filename", "", "a PNG, JPEG, HDR or EXR picture, or a glTF file that holds some");
     let number = p.optional::<i64>("image", "", "of a glTF file: the number of the picture in it, from 0");
-    let wrap = choice(
-        p,
-        "wrap",
-        &["repeat", "clamp", "mirror", "black"],
-        "outside: the picture repeats, keeps its edge, repeats mirrored, or is black",
-    );
-    let filter = choice(p, "filter", &["bilinear", "point"], "between texels: a mean, or the nearest one");
+    let about = "outside: the picture repeats, keeps its edge, repeats mirrored, is black, or goes on as on a sphere";
+    let wrap = choice(p, "wrap", &["repeat", "clamp", "mirror", "black", "octahedralsphere"], about);
+    let about = "between texels: a mean (also `trilinear`, `ewa`), or the nearest one";
+    let filter = choice(p, "filter", &["bilinear", "point", "trilinear", "ewa", "EWA"], about);
+    p.get_in("maxanisotropy", 8.0, 0.0..=f64::from(f32::MAX), "", "no effect: of the filter `ewa`");
     let encoding = encoding(p);
     let about = "of a texture of floats: the mean of the colours, one of them, or how opaque the picture is; where it does not say, `alpha` is the mean and `opacity` 1";
     let channel = match choice(p, "channel", &["mean", "red", "green", "blue", "alpha", "opacity"], about) {
@@ -124,7 +127,7 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     };
     let scale = p.get_in("scale", 1.0, 0.0..=f64::from(f32::MAX), "", "factor") as f32;
     let invert = p.get("invert", false, "", "whether it is one minus the picture");
-    let mapping = UvMapping::read(p);
+    let mapping = Mapping::read(p);
     let path = Spanned::new(filename?, p.span_of("filename"));
     let read = match number {
         Some(number) => within_model(p, &path, number),
@@ -157,9 +160,10 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
             "clamp" => Wrap::Clamp,
             "mirror" => Wrap::Mirror,
             "black" => Wrap::Black,
+            "octahedralsphere" => Wrap::Sphere,
             _ => Wrap::Repeat,
         },
-        bilinear: filter == "bilinear",
+        bilinear: filter != "point",
         channel,
         scale,
         invert,
@@ -218,6 +222,27 @@ fn mirrored(x: i64, n: i64) -> i64 {
     if within < n { within } else { 2 * n - 1 - within }
 }
 
+/// The texel inside for one outside of an octahedral map: over an edge the map goes on at the opposite place of the same edge.
+fn on_sphere([x, y]: [i64; 2], [w, h]: [i64; 2]) -> (i64, i64) {
+    // What is beyond two widths repeats.
+    let (x, y) = ((x + w / 2).rem_euclid(2 * w) - w / 2, (y + h / 2).rem_euclid(2 * h) - h / 2);
+    let (x, y) = if x < 0 {
+        (-1 - x, h - 1 - y)
+    } else if x >= w {
+        (2 * w - 1 - x, h - 1 - y)
+    } else {
+        (x, y)
+    };
+    let (x, y) = if y < 0 {
+        (w - 1 - x, -1 - y)
+    } else if y >= h {
+        (w - 1 - x, 2 * h - 1 - y)
+    } else {
+        (x, y)
+    };
+    (x.clamp(0, w - 1), y.clamp(0, h - 1))
+}
+
 impl ImageMap {
     /// The number of the texel in a column and a row from the top, which may lie outside; `None`: there is nothing.
     #[inline]
@@ -229,6 +254,7 @@ impl ImageMap {
             Wrap::Mirror => (mirrored(x, w), mirrored(y, h)),
             Wrap::Black if x < 0 || x >= w || y < 0 || y >= h => return None,
             Wrap::Black => (x, y),
+            Wrap::Sphere => on_sphere([x, y], [w, h]),
         };
         Some((y * w + x) as usize)
     }

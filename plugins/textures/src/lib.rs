@@ -3,31 +3,41 @@
 use bhs_core::Plugin;
 use bhs_core::texture::Texture;
 
+mod bilerp;
 mod checkerboard;
 mod constant;
 pub mod decode;
+mod directionmix;
+mod dots;
 mod fbm;
 mod imagemap;
 mod mapping;
+mod marble;
 mod mix;
 mod noise;
 mod product;
 mod scale;
 mod threshold;
 mod vertexcolor;
+mod windy;
 mod wrinkled;
 
 /// All textures.
 pub const ALL: &[Plugin<dyn Texture>] = &[
+    bilerp::PLUGIN,
     checkerboard::PLUGIN,
     constant::PLUGIN,
+    directionmix::PLUGIN,
+    dots::PLUGIN,
     fbm::PLUGIN,
     imagemap::PLUGIN,
+    marble::PLUGIN,
     mix::PLUGIN,
     product::PLUGIN,
     scale::PLUGIN,
     threshold::PLUGIN,
     vertexcolor::PLUGIN,
+    windy::PLUGIN,
     wrinkled::PLUGIN,
 ];
 

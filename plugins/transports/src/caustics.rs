@@ -41,6 +41,8 @@ use std::ops::Range as Numbers;
 const PIXELS_PER_PHOTON: u64 = 8;
 /// Least and greatest number of photons for each sample of all pixels.
 const PHOTONS: [u64; 2] = [256, 1 << 16];
+/// By how much the photons of a sample are fewer at most in waves of adaptive sampling.
+const FEWER: u64 = 4;
 /// Greatest number of photons of a wave: those that land take about 100 bytes each.
 const MOST: u64 = 1 << 19;
 /// Photons that are sent before the first wave, in units of those of a sample; and how many at least and at most.
@@ -181,7 +183,9 @@ impl Caustics {
 
     /// Makes the photons of the samples with these numbers.
     pub fn begin_wave(&mut self, setting: &RenderSetting, samples: Numbers<u32>) {
-        let sent = (self.per_sample * samples.len() as u64).min(MOST);
+        // Where few pixels take part, as many photons as for all of them would be most of the time.
+        let per_sample = (setting.pixels / PIXELS_PER_PHOTON).clamp(self.per_sample.div_ceil(FEWER), self.per_sample);
+        let sent = (per_sample * samples.len() as u64).min(MOST);
         let landed = self.tracer(setting).follow(samples.start, 0..sent as u32);
         let share = 1.0 / sent as f32;
         let photons: Vec<Photon> =

@@ -52,7 +52,7 @@ fn show(scene: &Scene, path: &mut PathSample, end: &RayEnd, log: &mut PathLog) {
     path.first = *end;
     path.radiance = match end.arrival {
         Arrival::Surface(hit) => {
-            let normal = scene.world.surface(&hit).shading_normal;
+            let normal = scene.shading_normal(&hit);
             let colour = 0.5 * (normal + DVec3::ONE);
             // The light that a film shows as this colour.
             bhs_spectra::rgb_emission(colour.as_vec3().to_array(), lambda_nm)

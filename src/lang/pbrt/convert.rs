@@ -179,7 +179,7 @@ impl Converter<'_> {
         let is_output = d.keyword.value == "Film";
         let (Values::Strings(texts), false) = (&param.values, is_output) else { return param.values.clone() };
         let is_path = |text: &str| match param.ty.value {
-            ParamType::String => param.name.value == "filename",
+            ParamType::String => matches!(param.name.value.as_str(), "filename" | "normalmap"),
             ParamType::Spectrum => text.contains(['/', '.']),
             _ => false,
         };

@@ -1,7 +1,7 @@
 //! Materials of pbrt-v4.
 
 use crate::lang::ast::Directive;
-use crate::lang::params::{drop_all, find, float, name, renamed, set_floats, set_rgb, set_strings, set_text, string, take};
+use crate::lang::params::{drop_all, find, float, name, renamed, set_floats, set_rgb, set_strings, set_text, string};
 use crate::lang::pbrt::colours::{self, Meaning};
 use crate::lang::pbrt::{Translated, Translator};
 use bhs_core::diagnostics::Span;
@@ -68,6 +68,11 @@ fn known(plugin: &str) -> &'static [&'static str] {
     }
 }
 
+/// Whether a material of pbrt-v4's looks at `displacement` and `normalmap`.
+fn has_bumps(plugin: &str) -> bool {
+    !matches!(plugin, "mix" | "hair" | "interface" | "none" | "")
+}
+
 impl Translator {
     /// `Material` and `MakeNamedMaterial`.
     pub(super) fn material(&mut self, mut d: Directive, out: &mut Translated) {
@@ -91,14 +96,18 @@ impl Translator {
             None => plugin,
         };
         self.inherit(&mut d, "material", known(&plugin));
+        if has_bumps(&plugin) {
+            self.inherit(&mut d, "material", &["displacement", "normalmap"]);
+        } else {
+            drop_all(&mut d, &["displacement", "normalmap"]);
+        }
         colours::translate(&mut d, self.state.space, |name| match name {
             "reflectance" | "transmittance" | "albedo" | "color" => Meaning::Share,
             _ => Meaning::Number,
         });
-        for (word, lacks) in [("displacement", "the picture lacks the bumps"), ("normalmap", "the picture lacks the bumps")] {
-            if take(&mut d, word).is_some() {
-                self.notes.ignored(word, at, lacks);
-            }
+        if find(&d, "normalmap").is_some() {
+            // pbrt-v4 follows the normal map.
+            drop_all(&mut d, &["displacement"]);
         }
         let ours = self.body(&mut d, &plugin, at);
         if is_named {
@@ -115,18 +124,9 @@ impl Translator {
     /// Translates the parameters of the material `plugin`; its name here.
     fn body<'p>(&mut self, d: &mut Directive, plugin: &'p str, at: Span) -> &'p str {
         match plugin {
-            "coateddiffuse" => {
-                self.isotropic(d, "");
-                self.clear(d, at);
-            }
-            "dielectric" => self.isotropic(d, ""),
-            "conductor" => {
-                self.isotropic(d, "");
-                copper(d, ["eta", "k"]);
-            }
+            "coateddiffuse" => self.clear(d, at),
+            "conductor" => copper(d, ["eta", "k"]),
             "coatedconductor" => {
-                self.isotropic(d, "interface.");
-                self.isotropic(d, "conductor.");
                 self.clear(d, at);
                 drop_all(d, &["maxdepth", "nsamples"]);
                 copper(d, ["conductor.eta", "conductor.k"]);
@@ -139,6 +139,7 @@ impl Translator {
                 let colour = find(d, "reflectance").or_else(|| find(d, "color")).cloned();
                 let dark = float(d, "eumelanin").unwrap_or(1.3);
                 let red = float(d, "pheomelanin").unwrap_or(0.0);
+                let stated = find(d, "sigma_a").filter(|p| p.ty.value == ParamType::Rgb).and_then(numbers_of);
                 d.params.retain(|p| p.name.value == "type");
                 self.notes.mapped(
                     "the material",
@@ -151,9 +152,9 @@ impl Translator {
                     Some(param) => d.params.push(Param { name: renamed(&param, "reflectance"), ..param }),
                     // Absorption of the pigments, and the colour of hair that has it (d'Eon et al. 2011; Chiang et al. 2016, beta_n = 0.3).
                     None => {
-                        let sigma = [0.419 * dark + 0.187 * red, 0.697 * dark + 0.4 * red, 1.37 * dark + 1.05 * red];
+                        let pigments = [0.419 * dark + 0.187 * red, 0.697 * dark + 0.4 * red, 1.37 * dark + 1.05 * red];
                         let colour = |s: f64| (-(s.max(0.0).sqrt() * 5.5)).exp();
-                        set_rgb(d, "reflectance", sigma.map(colour));
+                        set_rgb(d, "reflectance", stated.unwrap_or(pigments).map(colour));
                     }
                 }
                 return "diffuse";
@@ -161,7 +162,6 @@ impl Translator {
             "subsurface" => {
                 let colour = find(d, "reflectance").cloned();
                 drop_all(d, &["sigma_a", "sigma_s", "mfp", "name", "g", "scale", "reflectance"]);
-                self.isotropic(d, "");
                 self.notes.mapped("the material", plugin, "`coateddiffuse`", at, "the picture lacks the light within the body");
                 match colour {
                     Some(param) => d.params.push(param),
@@ -189,36 +189,25 @@ impl Translator {
         plugin
     }
 
-    /// One roughness in place of two.
-    fn isotropic(&mut self, d: &mut Directive, prefix: &str) {
-        let [u, v, both] = ["uroughness", "vroughness", "roughness"].map(|n| format!("{prefix}{n}"));
-        let (pu, pv) = (find(d, &u).or(find(d, &both)).cloned(), find(d, &v).or(find(d, &both)).cloned());
-        if find(d, &u).is_none() && find(d, &v).is_none() {
-            return;
-        }
-        let at = d.keyword.span;
-        let values = (pu.as_ref().map(|p| &p.values), pv.as_ref().map(|p| &p.values));
-        if values.0 == values.1 {
-            return;
-        }
-        let lacks = "highlights are as long as wide";
-        self.notes.warn("`uroughness` and `vroughness` differ, and are read as one roughness", at, "", lacks);
-        let [fu, fv] = [&pu, &pv].map(|p| p.as_ref().map_or(Some(0.0), super::params::number));
-        drop_all(d, &[&u, &v, &both]);
-        match (fu, fv, pu.or(pv)) {
-            (Some(fu), Some(fv), _) => set_floats(d, &both, &[(fu * fv).max(0.0).sqrt()]),
-            (_, _, Some(texture)) => d.params.push(Param { name: renamed(&texture, &both), ..texture }),
-            _ => {}
-        }
-    }
-
-    /// A coat without anything in it.
+    /// A coat without anything in it, as thick everywhere.
     fn clear(&mut self, d: &mut Directive, at: Span) {
         let zero = |p: &Param| matches!(&p.values, Values::Numbers { values, .. } if values.iter().all(|v| *v == 0.0));
         if find(d, "albedo").is_some_and(|p| !zero(p)) {
             self.notes.ignored("albedo", at, "the coat is clear");
         }
         drop_all(d, &["albedo", "g"]);
+        if find(d, "thickness").is_some_and(|p| p.ty.value == ParamType::Texture) {
+            drop_all(d, &["thickness"]);
+            self.notes.ignored("thickness", at, "it is a texture: the coat is as thick everywhere, 0.01");
+        }
+    }
+}
+
+/// The three numbers of a parameter.
+fn numbers_of(p: &Param) -> Option<[f64; 3]> {
+    match &p.values {
+        Values::Numbers { values, .. } => <[f64; 3]>::try_from(values.as_slice()).ok(),
+        _ => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Textures of pbrt-v4.
 
 use crate::lang::ast::Directive;
-use crate::lang::params::{drop_all, set_strings, set_text, string, text};
+use crate::lang::params::{set_strings, set_text, text};
 use crate::lang::pbrt::colours::{self, Meaning};
 use crate::lang::pbrt::{Translated, Translator};
 use bhs_core::diagnostics::shorten;
@@ -17,36 +17,23 @@ impl Translator {
         let plugin = text(&d, 2).map(|t| t.value.clone()).unwrap_or_default();
         let known: &[&str] = match plugin.as_str() {
             "imagemap" => &["filename", "wrap", "filter", "maxanisotropy", "encoding", "scale", "invert", "mapping"],
-            "checkerboard" | "dots" => &["mapping"],
+            "checkerboard" | "dots" | "bilerp" => &["mapping"],
             _ => &[],
         };
         self.inherit(&mut d, "texture", known);
         colours::translate(&mut d, self.state.space, |_| Meaning::Share);
-        if plugin == "imagemap" {
-            if text(&d, 1).is_some_and(|t| t.value == "float") {
-                set_strings(&mut d, ParamType::String, "channel", &["alpha"]);
-            }
-            drop_all(&mut d, &["maxanisotropy"]);
-            if let Some(filter) = string(&d, "filter").cloned()
-                && matches!(filter.value.as_str(), "trilinear" | "ewa" | "EWA")
-            {
-                let help = "fine patterns far away are noisier";
-                self.notes.mapped("the filter", &filter.value, "`bilinear`", filter.span, help);
-                set_strings(&mut d, ParamType::String, "filter", &["bilinear"]);
-            }
-            if let Some(wrap) = string(&d, "wrap").cloned()
-                && wrap.value == "octahedralsphere"
-            {
-                self.notes.mapped("the wrap", &wrap.value, "`clamp`", wrap.span, "the edge may show");
-                set_strings(&mut d, ParamType::String, "wrap", &["clamp"]);
-            }
+        if plugin == "imagemap" && text(&d, 1).is_some_and(|t| t.value == "float") {
+            set_strings(&mut d, ParamType::String, "channel", &["alpha"]);
+        }
+        if matches!(plugin.as_str(), "fbm" | "wrinkled") {
+            set_strings(&mut d, ParamType::String, "mapping", &["space"]);
         }
         if plugin == "ptex" {
             let message = format!("the texture class `{}` is read as `constant`", shorten(&plugin));
             self.notes.warn(&message, at, "", "the picture lacks its pattern");
             set_text(&mut d, 2, "constant");
             d.params.clear();
-            super::params::set_floats(&mut d, "value", &[0.5]);
+            crate::lang::params::set_floats(&mut d, "value", &[0.5]);
         }
         out.directives.push(d);
     }

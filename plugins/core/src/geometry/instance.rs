@@ -4,7 +4,7 @@
 //! about as large as in the scene; the way from there to render space is in double precision. So an instance is as exact as a copy,
 //! however far from the object's origin it stands and whatever the scales.
 
-use crate::geometry::{Aabb, SurfaceGeometry, TriangleMesh, WorldMesh};
+use crate::geometry::{Aabb, SurfaceGeometry, SurfaceTangents, TriangleMesh, WorldMesh};
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
@@ -202,6 +202,13 @@ impl Instance {
         let own = self.mesh().surface(triangle, b);
         let image = |n: DVec3| (self.placement.normal_from_own * n).normalize();
         SurfaceGeometry { normal: image(own.normal), shading_normal: image(own.shading_normal), ..own }
+    }
+
+    /// See [`TriangleMesh::tangents`].
+    pub fn tangents(&self, triangle: u32, b: DVec2) -> SurfaceTangents {
+        let Placement { render_from_own, normal_from_own, .. } = &*self.placement;
+        let normal = self.mesh().surface(triangle, b).shading_normal;
+        self.mesh().tangents(triangle, b).image(render_from_own.matrix3, *normal_from_own, normal)
     }
 
     /// The magnitude of the numbers (render space) with which single precision finds hits on a triangle: those of its corners, or more

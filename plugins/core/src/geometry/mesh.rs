@@ -70,12 +70,7 @@ impl TriangleMesh {
                 }
             }
         }
-        let corner_uv = |i: usize| match self.uvs.get(v[i] as usize) {
-            Some(uv) => DVec2::from_array(uv.map(f64::from)),
-            None if self.flipped => [DVec2::ZERO, DVec2::ONE, DVec2::X][i],
-            None => [DVec2::ZERO, DVec2::X, DVec2::ONE][i],
-        };
-        let uv = (0..3).map(|i| corner_uv(i) * weights[i]).sum::<DVec2>().as_vec2();
+        let uv = (0..3).map(|i| self.corner_uv(triangle, i) * weights[i]).sum::<DVec2>().as_vec2();
         let colour = match self.colours.is_empty() {
             true => Vec4::ONE,
             false => (0..3).map(|i| Vec4::from_array(self.colours[v[i] as usize]) * weights[i] as f32).sum(),

@@ -62,7 +62,7 @@ fn entry(alpha: f32, cos: f32) -> Shares {
         let k = schlick(cos);
         return Shares { a: 1.0 - k, b: k };
     }
-    let facets = Ggx { alpha };
+    let facets = Ggx { alpha: Vec2::splat(alpha) };
     let cos = cos.max(1e-4);
     let wo = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
     let (mut a, mut b) = (0.0, 0.0);

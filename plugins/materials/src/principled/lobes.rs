@@ -42,7 +42,7 @@ struct View {
 }
 
 fn alpha(facets: Option<Ggx>) -> f32 {
-    facets.map_or(0.0, |f| f.alpha)
+    facets.map_or(0.0, |f| f.alpha.x)
 }
 
 fn flipped(w: Vec3) -> Vec3 {

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// A point with four wavelengths over the visible range.
-pub const AT: Shading = Shading { uv: Vec2::ZERO, colour: glam::Vec4::ONE, lambda_nm: [450.0, 520.0, 589.0, 650.0] };
+pub const AT: Shading = Shading::at_uv(Vec2::ZERO, [450.0, 520.0, 589.0, 650.0]);
 
 struct NoFiles;
 
@@ -99,6 +99,20 @@ impl Named for Things {
     }
 }
 
+/// What surrounds a plugin in a scene with the given things.
+pub fn context(things: &dyn Named) -> Context<'_> {
+    Context {
+        files: &NoFiles,
+        spectra: &Builder,
+        named: things,
+        world_from_object: DAffine3::IDENTITY,
+        reverse_orientation: false,
+        resolution: [1, 1],
+        lambda_range: [360.0, 830.0],
+        seed: 0,
+    }
+}
+
 /// The material, what was found, and the table of parameters.
 pub fn try_build(plugin: &str, params: &[Param]) -> (Option<Box<dyn Material>>, Vec<Diagnostic>, Vec<ParamInfo>) {
     try_build_among(&Things, plugin, params)
@@ -110,17 +124,7 @@ pub fn try_build_among(
     plugin: &str,
     params: &[Param],
 ) -> (Option<Box<dyn Material>>, Vec<Diagnostic>, Vec<ParamInfo>) {
-    let context = Context {
-        files: &NoFiles,
-        spectra: &Builder,
-        named: things,
-        world_from_object: DAffine3::IDENTITY,
-        reverse_orientation: false,
-        resolution: [1, 1],
-        lambda_range: [360.0, 830.0],
-        seed: 0,
-    };
-    let p = Params::new(Spanned::new(plugin.to_owned(), Span::default()), params, context);
+    let p = Params::new(Spanned::new(plugin.to_owned(), Span::default()), params, context(things));
     let entry = ALL.iter().find(|e| e.name == plugin).expect("a material");
     let material = (entry.build)(&p);
     let (found, table) = p.finish();
@@ -143,6 +147,13 @@ pub fn rough_white(alpha: f64) -> Box<dyn Material> {
 pub fn rough_gold(alpha: f64) -> Box<dyn Material> {
     let gold = [named("eta", "metal-Au-eta"), named("k", "metal-Au-k")];
     build("conductor", &[&gold[..], &[float("roughness", alpha), boolean("remaproughness", false)]].concat())
+}
+
+/// A material with alphas as its two roughnesses; `prefix` is that of their names.
+pub fn brushed(plugin: &str, prefix: &str, alpha: [f64; 2], params: &[Param]) -> Box<dyn Material> {
+    let names = ["uroughness", "vroughness"].map(|n| format!("{prefix}{n}"));
+    let rough = [float(&names[0], alpha[0]), float(&names[1], alpha[1]), boolean("remaproughness", false)];
+    build(plugin, &[&rough[..], params].concat())
 }
 
 /// Glass with alpha as its roughness.

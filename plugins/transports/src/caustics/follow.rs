@@ -124,7 +124,8 @@ impl<'a> Tracer<'a> {
             _ => same_lobe(&vertex, &shading(k), (choice, u), &sample),
         });
         // Power and radiance are scattered alike but for the index, and for normals that are not the surface's own (Veach 1997, section 5.3.2).
-        let adjoint = (vertex.wo.z * sample.wi.dot(vertex.wn) / (vertex.wo.dot(vertex.wn) * sample.wi.z)).abs();
+        let ns = vertex.material.normal(&vertex.shading, vertex.wo);
+        let adjoint = (vertex.wo.dot(ns) * sample.wi.dot(vertex.wn) / (vertex.wo.dot(vertex.wn) * sample.wi.dot(ns))).abs();
         let away = vertex.looked_from(sample.wi);
         let ratio = vertex.observer.ratio(away);
         let shift = ratio / vertex.ratio;
