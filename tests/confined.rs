@@ -8,13 +8,15 @@ use std::os::unix::fs::symlink;
 use std::process::Command;
 
 /// Every way in which a scene names a file; `FILE` stands for it.
-const NAMING: [&str; 8] = [
+const NAMING: [&str; 10] = [
     "Include \"FILE\"",
     "LightSource \"infinite\" \"string filename\" \"FILE\"",
     "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"FILE\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"",
     "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"FILE\"\nMaterial \"conductor\" \"texture roughness\" \"t\"\nShape \"sphere\"",
     "Shape \"plymesh\" \"string filename\" \"FILE\"",
     "Shape \"objmesh\" \"string filename\" \"FILE\"",
+    "Shape \"stlmesh\" \"string filename\" \"FILE\"",
+    "Shape \"gltf\" \"string filename\" \"FILE\"",
     "Material \"diffuse\" \"spectrum reflectance\" \"FILE\"\nShape \"sphere\"",
     "LightSource \"point\" \"spectrum I\" \"FILE\"",
 ];

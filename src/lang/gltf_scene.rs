@@ -80,7 +80,7 @@ pub fn scene(name: &str, bytes: &[u8]) -> Result<GltfScene, String> {
         text += &looking_at_all(&nodes);
     }
     text += "WorldBegin\n";
-    if !has_light(&model, &nodes) {
+    if !has_light(&nodes) {
         notes.push("it has no light: an even white sky is made".to_owned());
         text += "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
     }
@@ -124,13 +124,11 @@ fn numbers(t: &DAffine3) -> String {
     columns.map(column).join("  ")
 }
 
-/// Whether something of the file shines.
-fn has_light(model: &Model, nodes: &[Placed]) -> bool {
-    let shines = |p: &Placed| {
-        let surface = |material: bhs_models::gltf::Material| bhs_models::material::surface(model, material.index()).ok();
-        let emits = |s: &bhs_models::material::Surface| s.unlit || s.emissive != [0.0; 3];
-        p.node.mesh().is_some_and(|mesh| mesh.primitives().any(|part| surface(part.material()).is_some_and(|s| emits(&s))))
-    };
+/// Whether something of the file is meant to light it: viewers of glTF light no surface by another one, so that small lamps on models are mostly
+/// as bright as a white sheet at most, and what is to light a room is brighter.
+fn has_light(nodes: &[Placed]) -> bool {
+    let lights = |material: bhs_models::gltf::Material| material.emissive_strength().is_some_and(|s| s > 1.0);
+    let shines = |p: &Placed| p.node.mesh().is_some_and(|mesh| mesh.primitives().any(|part| lights(part.material())));
     nodes.iter().any(|p| p.node.light().is_some() || shines(p))
 }
 

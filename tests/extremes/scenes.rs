@@ -166,6 +166,8 @@ pub fn scene_of(plugin: &PluginInfo, given: &str, parameter: &str) -> Option<Str
                 "bilinearmesh" => needed(PATCH),
                 "plymesh" => "\"string filename\" \"grammar/examples/pyramid.ply\"".to_owned(),
                 "objmesh" => "\"string filename\" \"grammar/examples/pyramid.obj\"".to_owned(),
+                "stlmesh" => "\"string filename\" \"grammar/examples/tetrahedron.stl\"".to_owned(),
+                "gltf" => "\"string filename\" \"grammar/examples/scene.gltf\"".to_owned(),
                 _ => String::new(),
             };
             let shape = format!("Shape \"{name}\" {needs} {given}");

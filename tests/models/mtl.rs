@@ -127,6 +127,5 @@ fn each_material_has_its_faces_and_nothing_lasts() {
     same("two materials", &files, [found, expected]);
     // What the scene states for its own materials is not of the file's.
     let stated = format!("Attribute \"material\" \"rgb reflectance\" [1 0 0] Attribute \"light\" \"float scale\" 9 {found}");
-    let (built, said) = world(&files, &stated);
-    assert!(built.is_some() && said.iter().all(|s| s.contains("Attribute") || s.contains("nothing")), "{said:?}");
+    assert!(world(&files, &stated).0.is_some());
 }

@@ -1,6 +1,8 @@
 //! The pictures of a file.
 
 use crate::model::{Model, ReadFile, data, decoded_path};
+use bhs_core::image::Image;
+use std::sync::Arc;
 
 /// Where a picture is.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,5 +42,25 @@ pub fn bytes(model: &Model, index: usize, read: ReadFile) -> Result<Vec<u8>, Str
             None => read(&decoded_path(uri)).map(|bytes| bytes.to_vec()),
         },
         (None, None) => Err(format!("its picture {index} has no content")),
+    }
+}
+
+/// Picture number `index`, made once of its bytes by `decode`.
+///
+/// # Errors
+/// As [`bytes`], and what `decode` finds.
+pub fn decoded(
+    model: &Model,
+    index: usize,
+    read: ReadFile,
+    decode: impl FnOnce(&[u8]) -> Result<Image, String>,
+) -> Result<Arc<Image>, String> {
+    let make = || {
+        let made = decode(&bytes(model, index, read)?);
+        made.map(Arc::new).map_err(|why| format!("its picture {index} cannot be read: {why}"))
+    };
+    match model.pictures.get(index) {
+        Some(slot) => slot.get_or_init(make).clone(),
+        None => make(),
     }
 }

@@ -121,16 +121,11 @@ impl Mtl {
             material.numbers.entry("d").or_insert(opaque);
         } else if let Some(name) = known(&MAPS) {
             material.maps.insert(name, map(name, rest)?);
-        } else if is("map_bump")
-            || is("bump")
-            || is("disp")
-            || is("norm")
-            || is("decal")
-            || is("refl")
-            || word.starts_with("map_")
-        {
+        } else if known(&WITHOUT_EFFECT).is_some() {
+            return Ok(());
+        } else if ["bump", "disp", "norm", "decal", "refl"].iter().any(|name| is(name)) || word.starts_with("map_") {
             material.unread.push(shown(word));
-        } else if known(&WITHOUT_EFFECT).is_none() {
+        } else {
             return Err(format!("`{}` is not known, and not read", shown(word)));
         }
         Ok(())

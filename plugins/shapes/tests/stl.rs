@@ -121,7 +121,7 @@ fn faults_are_told_with_their_place() {
     check("vertex 0e0 0 0", "vertex 0 0", "line 4: `vertex` needs three numbers");
     check("vertex 0e0 0 0", "vertex 0 nan 0", "line 4: a coordinate is not a finite number of single precision");
     check("vertex 0e0 0 0", "vertex 0 1e39 0", "line 4: a coordinate is not a finite number of single precision");
-    check("      vertex 0e0 0 0\n", "", "line 6: a facet ends that does not have three vertices");
+    check("      vertex 0e0 0 0\n", "", "line 7: a facet ends that does not have three vertices");
     check("    endloop", "vertex 0 0 0", "line 7: a facet has more than three vertices");
     check("  endfacet\n", "", "line 8: `facet` stands within a facet: the one before it has no `endfacet`");
     check("  facet normal 0 0 0\n", "", "line 3: `vertex` stands outside of a facet");

@@ -178,8 +178,7 @@ fn within_model(p: &Params, path: &Spanned<String>, number: i64) -> Result<Arc<I
     let model = p.context().share(&path.value, path.span, Model::parse)?;
     let read = |name: &str| p.context().share(&beside(&path.value, name), path.span, |bytes| Ok(bytes.to_vec()));
     let number = usize::try_from(number).map_err(|_| "pictures are counted from 0".to_owned())?;
-    let bytes = picture::bytes(&model, number, &read)?;
-    decode(&bytes).map(Arc::new).map_err(|why| format!("its picture {number} cannot be read: {why}"))
+    picture::decoded(&model, number, &read, decode)
 }
 
 /// One of several words, the first by default.

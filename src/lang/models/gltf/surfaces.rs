@@ -195,11 +195,13 @@ impl<'s> Surfaces<'s> {
         name: &str,
     ) -> Vec<Directive> {
         let mut colour = if s.unlit {
+            let mut textures = base.textures.clone();
             if is_painted {
                 self.left_out.entry("colours of vertices, which do not shine,").or_default().insert(name.to_owned());
+                // The last one is that of the vertices.
+                textures.pop();
             }
-            let painted = self.vertex_colours(false);
-            Colour { factor: base.factor, textures: base.textures.iter().filter(|t| **t != painted).cloned().collect() }
+            Colour { factor: base.factor, textures }
         } else {
             let factor = s.emissive.map(|e| if e.is_nan() { 0.0 } else { f64::from(e).clamp(0.0, 1e30) });
             if factor == [0.0; 3] {
