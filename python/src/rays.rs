@@ -45,20 +45,21 @@ impl RayArrays<'_> {
     /// The rays, or which of them is none.
     pub fn asked(&self) -> Result<Vec<Asked>, Fault> {
         let Self(origins, directions, far, footprints) = self;
+        let (origins, directions) = (points(origins), points(directions));
         let (far, footprints) = (far.as_array(), footprints.as_array());
-        let rest = far.iter().zip(footprints.iter());
-        let all = points(origins).into_iter().zip(points(directions)).zip(rest).enumerate();
-        let read = |(number, ((origin, direction), (far, footprint))): (usize, ((DVec3, DVec3), (&bool, &f64)))| {
+        let read = |number: usize| {
+            let (origin, direction, footprint) = (origins[number], directions[number], footprints[number]);
             let fault = |what: &str| Fault::new(format!("ray {number}: {what}"));
             if !origin.is_finite() || !direction.is_finite() {
                 return Err(fault("its origin and direction are to be finite numbers"));
             }
-            if !(footprint.is_finite() && *footprint >= 0.0) {
+            if !(footprint.is_finite() && footprint >= 0.0) {
                 return Err(fault("its footprint is to be a length, or 0 if it is unknown"));
             }
-            Asked::ray(origin, direction, if *far { Side::Far } else { Side::Near }, *footprint).map_err(fault)
+            let side = if far[number] { Side::Far } else { Side::Near };
+            Asked::ray(origin, direction, side, footprint).map_err(fault)
         };
-        all.map(read).collect()
+        (0..origins.len()).map(read).collect()
     }
 }
 
