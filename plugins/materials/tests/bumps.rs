@@ -75,8 +75,12 @@ fn a_map_of_one_normal_is_a_tilted_plane() {
             let (plain, bumped) = (make(), tilted(make(), n));
             let mut compared = 0;
             for k in 0..600u64 {
-                let [wo, wi] = [0, 2]
-                    .map(|i| direction(f64::from(random(3, 4 * k + i)) * 2.0 - 1.0, f64::from(random(3, 4 * k + i + 1)) * 6.28));
+                let [wo, wi] = [0, 2].map(|i| {
+                    direction(
+                        f64::from(random(3, 4 * k + i)) * 2.0 - 1.0,
+                        f64::from(random(3, 4 * k + i + 1)) * std::f64::consts::TAU,
+                    )
+                });
                 let (o, i) = (turn * wo, turn * wi);
                 // Where both planes agree on the sides, and, of a surface that mirrors, the mirror direction is on the viewer's.
                 let mirrored = 2.0 * o.z * n.normalize() - wo;
@@ -124,7 +128,7 @@ fn no_normal_looks_away_and_mirrors_lose_nothing() {
     for n in NORMALS {
         let mirror = tilted(build("mirror", &[]), n);
         for k in 0..2000u64 {
-            let wo = direction(f64::from(random(9, 2 * k)) * 2.0 - 1.0, f64::from(random(9, 2 * k + 1)) * 6.28);
+            let wo = direction(f64::from(random(9, 2 * k)) * 2.0 - 1.0, f64::from(random(9, 2 * k + 1)) * std::f64::consts::TAU);
             let side = wo.z.signum();
             let normal = mirror.normal(&AT, wo);
             assert!((normal.length() - 1.0).abs() < 1e-5 && normal.dot(wo) * side > 0.0, "{n} {wo}: {normal}");
