@@ -57,6 +57,16 @@ impl Model {
             return Err(format!("it is of version {:?} of glTF; there is 2.0", shown(&root.asset.version)));
         }
         let mut unknown_extensions = Vec::new();
+        // The check of the library takes it for granted that places are there.
+        let mut attributes =
+            root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|primitive| primitive.attributes.values());
+        if let Some(index) = attributes.find(|index| index.value() >= root.accessors.len()) {
+            return Err(format!(
+                "it is damaged: a mesh names accessor {}, and there are {}",
+                index.value(),
+                root.accessors.len()
+            ));
+        }
         let mut first = None;
         root.validate(&root, gltf::json::Path::new, &mut |path, error| {
             // What says how far places reach is not needed, nor where numbers are that are compressed.
