@@ -342,5 +342,5 @@ fn the_language_reference_lists_every_layer_with_its_channels() {
         assert!(row.ends_with(&format!("| {} |", format.unit)) || format.unit.is_empty() && row.ends_with("| |"), "{row}");
         layers += 1;
     }
-    assert_eq!(layers, 17);
+    assert_eq!(layers, 18);
 }

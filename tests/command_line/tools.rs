@@ -217,7 +217,7 @@ fn bench_measures_integrators_and_transports() {
     assert_eq!(code, 0, "{err}");
     let measured: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     let rows = |name: &str| measured["tables"][name].as_array().map(Vec::len);
-    assert_eq!((rows("camera_rays"), rows("transports")), (Some(30), Some(12)), "{out}");
+    assert_eq!((rows("camera_rays"), rows("transports")), (Some(30), Some(21)), "{out}");
     let camera = measured["tables"]["camera_rays"].as_array().expect("rows");
     let error = |integrator: &str, setting: &str| {
         let row = camera.iter().find(|r| r["integrator"] == integrator && r["setting"] == setting);
@@ -235,10 +235,18 @@ fn bench_measures_integrators_and_transports() {
         "camera_rays.svg",
         "bounce_rays.csv",
         "transports.csv",
+        "transports_at_equal_error.csv",
         "transports.svg",
     ] {
         assert!(dir.path().join("out").join(file).exists(), "{file}");
     }
+    // Several scenes have folders of their own.
+    std::fs::copy(dir.path().join("scene.bhs"), dir.path().join("other.bhs")).expect("copied");
+    let several = ["bench", "scene.bhs", "other.bhs", "--only", "transports", "--json", "-o", "both"];
+    let (code, out, err) = run(dir.path(), &[&several, &small[..]].concat());
+    let all: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert!(code == 0 && all.as_array().is_some_and(|all| all.len() == 2), "{out}{err}");
+    assert!(["scene", "other"].iter().all(|name| dir.path().join("both").join(name).join("transports.csv").exists()));
     let (code, _, err) = run(dir.path(), &["bench", "-"]);
     assert_eq!((code, err.contains("needs a file")), (2, true), "{err}");
 }

@@ -118,7 +118,11 @@ pub fn scene_of(plugin: &PluginInfo, given: &str, parameter: &str) -> Option<Str
             scene(&format!("Film \"{name}\" {size} {given}"), "", false, true)
         }
         "filter" => scene(&format!("PixelFilter \"{name}\" {given}"), "", true, true),
-        "sampler" => scene(&format!("Sampler \"{name}\" {given}"), "", true, false),
+        "sampler" => {
+            // Sampling until there is hardly any noise has no end but this.
+            let most = if given.contains(" noise\"") { "\"integer pixelsamples\" 4" } else { "" };
+            scene(&format!("Sampler \"{name}\" {given} {most}"), "", true, false)
+        }
         "material" if name == "mix" => {
             let world = format!(
                 "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"b\" \"string type\" \"conductor\"
@@ -164,6 +168,7 @@ pub fn scene_of(plugin: &PluginInfo, given: &str, parameter: &str) -> Option<Str
             let needs = match name {
                 "trianglemesh" | "loopsubdiv" => needed(SQUARE),
                 "bilinearmesh" => needed(PATCH),
+                "curve" => needed(&[("P", "\"point3 P\" [-1 -1 0  -1 1 0  1 -1 0  1 1 0]")]),
                 "plymesh" => "\"string filename\" \"grammar/examples/pyramid.ply\"".to_owned(),
                 "objmesh" => "\"string filename\" \"grammar/examples/pyramid.obj\"".to_owned(),
                 "stlmesh" => "\"string filename\" \"grammar/examples/tetrahedron.stl\"".to_owned(),

@@ -42,6 +42,7 @@ struct Mix {
     amount: FloatParameter,
     /// What it takes to evaluate it without gathering the parts.
     evaluations: u64,
+    is_oriented: bool,
     is_specular: bool,
     chooses_directions: bool,
 }
@@ -66,6 +67,7 @@ fn build(p: &Params) -> Option<Box<dyn Material>> {
     let materials = [first?, second?];
     Some(Box::new(Mix {
         evaluations: materials[0].evaluations().saturating_add(materials[1].evaluations()),
+        is_oriented: materials.iter().any(|m| m.is_oriented()),
         is_specular: materials.iter().all(|m| m.is_specular()),
         chooses_directions: materials.iter().any(|m| m.chooses_directions()),
         materials,
@@ -179,7 +181,7 @@ impl Material for Mix {
     }
 
     fn is_oriented(&self) -> bool {
-        self.materials.iter().any(|m| m.is_oriented())
+        self.is_oriented
     }
 
     fn is_specular(&self) -> bool {

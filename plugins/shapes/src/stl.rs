@@ -145,6 +145,8 @@ fn ascii(file: &[u8]) -> Result<Stl, String> {
                 w if is(w, "outer") || is(w, "loop") || is(w, "endloop") => {}
                 // Not used, and often no numbers.
                 w if is(w, "normal") => drop(words.by_ref().take(3).count()),
+                // A part of a word, after which nothing comes.
+                w if is_open && rest.is_empty() && file.ends_with(w) => break,
                 _ => return at(&format!("`{}` is no word of STL", shown(word))),
             }
         }
