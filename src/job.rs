@@ -1,7 +1,7 @@
 //! What a render needs, and the rays of its camera.
 
+use crate::adaptive::NoiseGoal;
 use crate::lang::BuiltScene;
-use crate::render::NoiseGoal;
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::ray::Ray;
 use bhs_core::sampling::Sampler;

@@ -5,6 +5,7 @@
 //! [`render`] turns that into a picture. What plugins see is the crate `bhs-core`, what follows light
 //! `bhs-engine` too; ARCHITECTURE.md says where things are.
 
+pub mod adaptive;
 pub mod advice;
 pub mod animation;
 pub mod bench;

@@ -4,13 +4,12 @@
 //! the order of samples, and parts of a picture add up to the whole. An interruption ends a wave between samples: the picture so far is
 //! whole, if noisier in places, and a render that is resumed goes on there.
 
-mod adaptive;
 mod coarse;
 mod state;
 pub(crate) mod waves;
 
+pub use crate::adaptive::{NoiseFound, NoiseGoal};
 pub use crate::job::Job;
-pub use adaptive::{NoiseFound, NoiseGoal};
 pub use coarse::coarse;
 pub use state::{RenderState, Snapshot};
 pub use waves::{JUDGED_FROM, Limits, Wave};

@@ -7,8 +7,8 @@
 //!
 //! The paths depend on scene, seed and size of the picture alone: parts of a picture, and a render that goes on, have the same wavelengths.
 
+use crate::job::Job;
 use crate::not_finite::SampleId;
-use crate::render::Job;
 use crate::sample::CameraSample;
 use arrayvec::ArrayVec;
 use bhs_core::sampling::SampleStream;

@@ -243,23 +243,17 @@ fn flags_win_over_the_scene() {
     assert_eq!((quick.film.resolution(), quick.sampler.samples_per_pixel()), ([256, 128], 16));
     let overrides = Overrides {
         integrator: Some("straight".into()),
-        camera: None,
         transport: Some("hemisphere".into()),
         intersector: Some("reference".into()),
         spp: Some(5),
         noise: Some(0.25),
-        switches: vec![],
         seed: Some(u64::MAX),
         resolution: Some([30, 20]),
         crop: Some([0.5, 1.0, 0.0, 0.5]),
         layers: vec!["winding".into()],
         output: Some("x.exr".into()),
         quick: true,
-        too_large: Default::default(),
-        look: Default::default(),
-        variables: Default::default(),
-        without_camera: false,
-        may_lack_camera: false,
+        ..Default::default()
     };
     let scene = build_with(text, &overrides).ok().unwrap();
     assert_eq!((scene.film.resolution(), scene.film.crop(), scene.film.filename()), ([30, 20], [15, 30, 0, 10], "x.exr"));
