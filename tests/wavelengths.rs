@@ -59,7 +59,9 @@ fn all_else_has_the_eyes_wavelengths() {
         let [lo, hi] = built.film.lambda_range();
         (drawn(&Job::of(&built)), VisibleWavelengths::new(lo, hi))
     };
-    for text in [lines([96, 72], 1, WHITE), lines([16, 12], 1, LINES), common::closed_cornell_box()] {
+    let inside = "LookAt 278 273 20  278 273 100  0 1 0\nCamera \"perspective\"\nWorldBegin";
+    let cornell_box = format!("{inside}\n{}", common::closed_cornell_box());
+    for text in [lines([96, 72], 1, WHITE), lines([16, 12], 1, LINES), cornell_box] {
         let (drawn, plain) = of(&text);
         assert_eq!(drawn, plain);
     }
