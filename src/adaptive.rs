@@ -2,8 +2,8 @@
 //!
 //! The noise of a pixel is the standard error of its luminance, over that luminance or over what a screen shows ([`NoiseMeasure`]). What is known
 //! of it is known of batches of samples ([`PixelNoise`](crate::film::PixelNoise)). Whether a pixel goes on is asked of its **neighbours**, of a square of
-//! [`REACH`] pixels to each side: by their variances, as many samples as it has itself would leave so much noise. Its own samples are asked too, but have to
-//! say so by more ([`OWN`]).
+//! two pixels to each side: by their variances, as many samples as it has itself would leave so much noise. Its own samples are asked too, but have to
+//! say so by more.
 //!
 //! That is because a pixel that stopped by its own samples would stop where they happen to be alike, which with light that is found by chance is where they
 //! are dark: its mean would be too dark, with any number of samples. Its neighbours' samples know nothing of its own. All samples of a pixel weigh the same,
