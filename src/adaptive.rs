@@ -14,6 +14,7 @@ use crate::develop::Developer;
 use crate::film::Framebuffer;
 use crate::look::Look;
 use bhs_core::sampling::{NoiseMeasure, NoiseTarget};
+use rayon::prelude::*;
 use std::sync::PoisonError;
 
 /// How far the neighbours of a pixel go that are asked (pixels): 24 of them make a variance that is known to some 20 %.
@@ -76,10 +77,11 @@ impl NoiseGoal {
         let limit = self.target.noise * self.target.noise;
         let mut found = NoiseFound { pixels: frame.pixel_count(), ..NoiseFound::default() };
         let (mut squares, mut known) = (0.0, 0_u64);
-        for (i, samples) in pixels.samples.iter().enumerate() {
+        let around: Vec<f64> = (0..pixels.samples.len()).into_par_iter().map(|i| pixels.around(i)).collect();
+        for (i, (samples, around)) in pixels.samples.iter().zip(around).enumerate() {
             let own = pixels.variance[i].unwrap_or_default();
             let count = f64::from(*samples).max(1.0);
-            let noise = pixels.around(i).max(own / (OWN * OWN)) / count;
+            let noise = around.max(own / (OWN * OWN)) / count;
             let above = noise > limit;
             found.above += u64::from(above);
             found.expected += if above { (count * (noise / limit).min(1e9)).ceil() as u64 } else { u64::from(*samples) };

@@ -20,7 +20,7 @@ use bhs_core::camera::Film;
 use bhs_engine::layer::NamedLayer;
 use layer_sums::{mean, numbers, stride};
 use std::collections::TryReserveError;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// Sides that tiles may have (pixels).
 const SIDES: [u32; 3] = [16, 8, 4];
@@ -31,6 +31,11 @@ const TILES: u64 = 64;
 pub fn tile_side([width, height]: [u32; 2]) -> u32 {
     let tiles = |side: u32| u64::from(width.div_ceil(side)) * u64::from(height.div_ceil(side));
     SIDES.into_iter().find(|side| tiles(*side) >= TILES).unwrap_or(SIDES[2])
+}
+
+/// The least and the greatest of two such pairs.
+fn least_and_most(a: [u32; 2], b: [u32; 2]) -> [u32; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
 }
 
 /// All tiles of the part of the frame that is rendered.
@@ -130,16 +135,25 @@ impl Framebuffer {
         u64::from(x1 - x0) * u64::from(y1 - y0)
     }
 
-    /// Samples so far, those of all pixels together. Waits for threads that are at work on a tile.
-    pub fn samples(&self) -> u64 {
-        self.tiles.iter().map(|tile| tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner).samples()).sum()
+    /// What `of` says of each tile. Waits for threads that are at work on it.
+    fn of_tiles<T>(&self, of: impl Fn(&Tile) -> T) -> impl Iterator<Item = T> {
+        self.tiles.iter().map(move |tile| of(&tile.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 
-    /// The ends of the samples that every pixel has, and that the pixel with the most has. Waits for threads that are at work on a tile.
+    /// Samples so far, those of all pixels together. Waits for threads that are at work on a tile.
+    pub fn samples(&self) -> u64 {
+        self.of_tiles(Tile::samples).sum()
+    }
+
+    /// The ends of the samples that every tile has, and that the pixel with the most may have. Waits for threads that are at work on a tile.
     pub fn sample_counts(&self) -> [u32; 2] {
-        let progress = |tile: &Mutex<Tile>| tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner).progress;
-        let counts = self.tiles.iter().map(progress).map(|p| [p.done, p.most()]);
-        counts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
+        self.of_tiles(|tile| [tile.progress.done, tile.progress.most()]).reduce(least_and_most).unwrap_or_default()
+    }
+
+    /// Samples of the pixel with the fewest, and of the one with the most: [`Framebuffer::sample_counts`], but for adaptive sampling. Waits for threads
+    /// that are at work on a tile.
+    pub fn pixel_samples(&self) -> [u32; 2] {
+        self.of_tiles(Tile::pixel_samples).reduce(least_and_most).unwrap_or_default()
     }
 
     /// Has adaptive sampling look at all pixels, before there is any sample.
@@ -148,32 +162,14 @@ impl Framebuffer {
     /// If there is not enough memory for it.
     pub fn watching_noise(mut self) -> Result<Self, OutOfMemory> {
         let bytes = self.pixel_count() * size_of::<PixelNoise>() as u64;
-        let tiles = &mut self.tiles;
-        let watched =
-            tiles.iter_mut().try_for_each(|tile| tile.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner).watch_noise());
+        let mut tiles = self.tiles.iter_mut().map(|tile| tile.get_mut().unwrap_or_else(PoisonError::into_inner));
+        let watched = tiles.try_for_each(Tile::watch_noise);
         watched.map(|()| self).map_err(|_| OutOfMemory::new("adaptive sampling", bytes))
-    }
-
-    /// Samples of the pixel with the fewest, and of the one with the most. Waits for threads that are at work on a tile.
-    pub fn pixel_samples(&self) -> [u32; 2] {
-        let of_tile = |tile: &Mutex<Tile>| {
-            let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            let counts = tile.noise.iter().map(|noise| noise.samples);
-            counts
-                .map(|n| [n; 2])
-                .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
-                .unwrap_or([tile.progress.done, tile.progress.most()])
-        };
-        self.tiles.iter().map(of_tile).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
     /// Pixels that take part in the wave under way, where adaptive sampling decides. Waits for threads that are at work on a tile.
     pub fn pixels_under_way(&self) -> u64 {
-        let of_tile = |tile: &Mutex<Tile>| {
-            let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            tile.noise.iter().filter(|noise| noise.under_way).count() as u64
-        };
-        self.tiles.iter().map(of_tile).sum()
+        self.of_tiles(|tile| tile.noise.iter().filter(|noise| noise.under_way).count() as u64).sum()
     }
 
     /// The picture as it stands, without the layers: every pixel the weighted mean of the samples that it has, none without any, and what points
@@ -264,7 +260,7 @@ impl Framebuffer {
     pub(crate) fn each_pixel(&self, mut f: impl FnMut(usize, &Tile, usize)) {
         let [x0, x1, y0, _] = self.crop;
         for tile in &self.tiles {
-            let tile = tile.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let tile = tile.lock().unwrap_or_else(PoisonError::into_inner);
             for i in 0..tile.weights.len() {
                 let [x, y] = tile.pixel(i);
                 f((y - y0) as usize * (x1 - x0) as usize + (x - x0) as usize, &tile, i);

@@ -126,7 +126,7 @@ pub fn stats_json(built: &BuiltScene, rendered: &Rendered, phases: &Phases) -> s
         "variables": serde_json::Map::from_iter(built.variables.iter().map(|(name, value)| (name.clone(), json!(value)))),
         "samples_per_pixel": rendered.samples,
         "most_samples_per_pixel": rendered.most_samples,
-        "mean_samples_per_pixel": rendered.frame.samples() as f64 / rendered.frame.pixel_count().max(1) as f64,
+        "mean_samples_per_pixel": rendered.mean_samples(),
         "noise": rendered.noise.map(|found| json!({ "rms": found.rms, "pixels_above": found.above })),
         "interrupted": matches!(rendered.ended, Ended::Stopped(_)),
         "stopped": rendered.ended.name(),

@@ -129,7 +129,7 @@ pub fn attributes(facts: &Facts, rendered: &Rendered) -> Vec<(String, Attribute)
     look.words().iter().for_each(|(name, word)| all.text(&format!("bhs:{name}"), word));
     all.number("bhs:spp", f64::from(rendered.samples));
     if let Some(noise) = rendered.noise {
-        all.number("bhs:meanSpp", rendered.frame.samples() as f64 / rendered.frame.pixel_count().max(1) as f64);
+        all.number("bhs:meanSpp", rendered.mean_samples());
         all.number("bhs:noise", noise.rms);
     }
     all.number("bhs:firstSample", 0.0);

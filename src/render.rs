@@ -70,6 +70,11 @@ pub struct Rendered {
 }
 
 impl Rendered {
+    /// Samples of a pixel, in the mean over the picture.
+    pub fn mean_samples(&self) -> f64 {
+        self.frame.samples() as f64 / self.frame.pixel_count().max(1) as f64
+    }
+
     /// Samples of its pixels, as people read it: one number, or the least and the greatest.
     pub fn spp(&self) -> String {
         match self.noise {

@@ -1,6 +1,7 @@
 //! Values of flags: how they are read, and what is said of those that are none.
 
 use crate::animation::preview::Format;
+use bhs_core::sampling::NoiseTarget;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -15,10 +16,7 @@ pub(super) fn preview(text: &str) -> Result<PathBuf, String> {
 
 /// A noise that pixels may have.
 pub(super) fn noise(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(noise) if noise > 0.0 && noise <= 1.0 => Ok(noise),
-        _ => Err("expected a number above 0 and up to 1, such as 0.01".to_owned()),
-    }
+    text.parse().ok().filter(|noise| NoiseTarget::takes(*noise)).ok_or_else(|| NoiseTarget::EXPECTED.to_owned())
 }
 
 /// A time in seconds.

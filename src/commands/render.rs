@@ -11,6 +11,7 @@ use crate::cli::RenderArgs;
 use crate::denoise::{self, Denoiser};
 use crate::diagnosis::BlackFrames;
 use crate::display::Display;
+use crate::film::PixelNoise;
 use crate::finished::{find_layer, notes};
 use crate::lang::{BuiltScene, Overrides, SourceMap};
 use crate::memory;
@@ -171,7 +172,10 @@ pub(super) fn refuse(args: &RenderArgs, built: &BuiltScene, sources: &SourceMap,
     // Meshes and skies have their memory now.
     let channels = film.channels().len() + built.layers.iter().map(|l| l.format.channels.len()).sum::<usize>();
     let [x0, x1, y0, y1] = film.crop().map(u64::from);
-    let besides = if args.denoise { denoise::bytes((x1 - x0) * (y1 - y0), channels) } else { 0 };
+    let pixels = (x1 - x0) * (y1 - y0);
+    let denoising = if args.denoise { denoise::bytes(pixels, channels) } else { 0 };
+    let is_adaptive = part.is_none() && built.sampler.noise_target().is_some();
+    let besides = denoising + if is_adaptive { pixels * size_of::<PixelNoise>() as u64 } else { 0 };
     if let Some(found) = memory::picture::check_shown(film, &built.layers, built.look.bloom, besides) {
         show(&[found], sources, common.color);
         return Some(ExitStatus::Fault);

@@ -2,6 +2,7 @@
 
 use super::exact::ExactSums;
 use super::layer_sums::{VARIANCE_NUMBERS, add_color, stride};
+use super::least_and_most;
 use super::noise::PixelNoise;
 use crate::render::waves::Wave;
 use bhs_engine::layer::{NamedLayer, Statistic, Value};
@@ -158,6 +159,12 @@ impl Tile {
             return self.noise.iter().map(|noise| u64::from(noise.samples)).sum();
         }
         u64::from(done - first) * self.weights.len() as u64 + u64::from(position)
+    }
+
+    /// Samples of the pixel with the fewest, and of the one with the most.
+    pub fn pixel_samples(&self) -> [u32; 2] {
+        let counts = self.noise.iter().map(|noise| [noise.samples; 2]);
+        counts.reduce(least_and_most).unwrap_or([self.progress.done, self.progress.most()])
     }
 
     /// Its progress and its numbers, exactly (little-endian); nothing without samples.

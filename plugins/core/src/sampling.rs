@@ -46,6 +46,16 @@ pub struct NoiseTarget {
     pub measure: NoiseMeasure,
 }
 
+impl NoiseTarget {
+    /// What is expected of a noise, in words.
+    pub const EXPECTED: &str = "expected a number above 0 and up to 1, such as 0.01";
+
+    /// Whether that much noise can be asked for.
+    pub fn takes(noise: f64) -> bool {
+        noise > 0.0 && noise <= 1.0
+    }
+}
+
 /// What the standard error of a pixel's luminance is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseMeasure {

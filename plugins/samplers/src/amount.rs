@@ -22,17 +22,10 @@ impl Amount {
     /// Reads `pixelsamples`, `noise` and `noisemeasure`.
     pub fn read(p: &Params) -> Self {
         let about = "standard error of a pixel's luminance below which it gets no more samples";
-        let noise = p.optional::<f64>("noise", "", about).filter(|noise| {
-            let is_in = *noise > 0.0 && *noise <= 1.0;
-            if !is_in {
-                p.reject(
-                    "noise",
-                    "`noise` is out of range",
-                    format!("expected a number above 0 and up to 1, such as 0.01, found {noise}"),
-                );
-            }
-            is_in
-        });
+        let noise = p.optional::<f64>("noise", "", about);
+        if let Some(noise) = noise.filter(|noise| !NoiseTarget::takes(*noise)) {
+            p.reject("noise", "`noise` is out of range", format!("{}, found {noise}", NoiseTarget::EXPECTED));
+        }
         let about = "`relative`: noise is over the luminance; `shown`: over the white of a screen";
         let measure = match p.get("noisemeasure", "relative".to_owned(), "", about).as_str() {
             "relative" => NoiseMeasure::Relative,

@@ -58,20 +58,6 @@ impl Bilerp {
     }
 }
 
-impl Texture for Bilerp {
-    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        self.spectrum_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn float(&self, at: &Shading) -> f32 {
-        self.float_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn composite(&self) -> Option<&dyn Composite> {
-        Some(self)
-    }
-}
-
 impl Composite for Bilerp {
     fn evaluations(&self) -> u64 {
         self.evaluations

@@ -27,20 +27,6 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     Some(Box::new(Constant { value: p.texture_input("value", 1.0, "the value") }))
 }
 
-impl Texture for Constant {
-    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        self.value.spectrum(at)
-    }
-
-    fn float(&self, at: &Shading) -> f32 {
-        self.value.float(at)
-    }
-
-    fn composite(&self) -> Option<&dyn Composite> {
-        Some(self)
-    }
-}
-
 impl Composite for Constant {
     fn evaluations(&self) -> u64 {
         evaluations([self.value.evaluations()])

@@ -34,20 +34,6 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     Some(Box::new(Product { factors, evaluations }))
 }
 
-impl Texture for Product {
-    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        self.spectrum_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn float(&self, at: &Shading) -> f32 {
-        self.float_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn composite(&self) -> Option<&dyn Composite> {
-        Some(self)
-    }
-}
-
 impl Composite for Product {
     fn evaluations(&self) -> u64 {
         self.evaluations

@@ -33,20 +33,6 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     Some(Box::new(Scale { tex, scale, evaluations }))
 }
 
-impl Texture for Scale {
-    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        self.spectrum_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn float(&self, at: &Shading) -> f32 {
-        self.float_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn composite(&self) -> Option<&dyn Composite> {
-        Some(self)
-    }
-}
-
 impl Composite for Scale {
     fn evaluations(&self) -> u64 {
         self.evaluations

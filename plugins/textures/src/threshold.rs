@@ -36,20 +36,6 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     Some(Box::new(Threshold { tex, cutoff, evaluations }))
 }
 
-impl Texture for Threshold {
-    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        self.spectrum_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn float(&self, at: &Shading) -> f32 {
-        self.float_with(at, &mut KnownParts::new(self.evaluations))
-    }
-
-    fn composite(&self) -> Option<&dyn Composite> {
-        Some(self)
-    }
-}
-
 impl Composite for Threshold {
     fn evaluations(&self) -> u64 {
         self.evaluations

@@ -13,11 +13,8 @@ use std::sync::Arc;
 /// Evaluations of parts up to which it costs less to repeat them than to keep their values.
 const REPEATED: u64 = 64;
 
-/// A texture that is made of others.
-///
-/// Its [`Texture::spectrum`] and [`Texture::float`] call the methods here with [`KnownParts::new`]; these ask its parts by
-/// [`TextureInput::spectrum_with`] and its like.
-pub trait Composite: Texture {
+/// A texture that is made of others: it asks its parts by [`TextureInput::spectrum_with`] and its like. All that a [`Texture`] says follows.
+pub trait Composite: Send + Sync {
     /// Evaluations of textures that one of this makes if none is kept: [`evaluations`] of its parts.
     fn evaluations(&self) -> u64;
 
@@ -26,6 +23,20 @@ pub trait Composite: Texture {
 
     /// As [`Texture::float`], with what is known of the parts at this very point.
     fn float_with(&self, at: &Shading, known: &mut KnownParts) -> f32;
+}
+
+impl<T: Composite> Texture for T {
+    fn spectrum(&self, at: &Shading) -> SampledSpectrum {
+        self.spectrum_with(at, &mut KnownParts::new(self.evaluations()))
+    }
+
+    fn float(&self, at: &Shading) -> f32 {
+        self.float_with(at, &mut KnownParts::new(self.evaluations()))
+    }
+
+    fn composite(&self) -> Option<&dyn Composite> {
+        Some(self)
+    }
 }
 
 /// Evaluations that a texture makes which is made of parts that make so many; as many as there are numbers, if there are more.
