@@ -51,7 +51,7 @@ pub fn scene(name: &str, bytes: &[u8]) -> Result<GltfScene, String> {
         let width = (HEIGHT * aspect).round().max(1.0);
         let _ = writeln!(text, "Film \"rgb\" \"integer xresolution\" {width} \"integer yresolution\" {HEIGHT}");
     }
-    let mut names = BTreeSet::new();
+    let (mut names, mut has_camera) = (BTreeSet::new(), false);
     for (placed, camera) in &cameras {
         let name = unique(&placed.node, camera.name(), camera.index(), &mut names);
         // The longer side may be upright.
@@ -73,9 +73,10 @@ pub fn scene(name: &str, bytes: &[u8]) -> Result<GltfScene, String> {
             notes.push(format!("its camera `{name}` looks nowhere, and is left out"));
             continue;
         };
+        has_camera = true;
         let _ = writeln!(text, "Transform [{}]\nCamera {parameters}", numbers(&view));
     }
-    if names.is_empty() || !text.contains("Camera ") {
+    if !has_camera {
         notes.push("it has no camera: one that looks at the whole is made".to_owned());
         text += &looking_at_all(&nodes);
     }
