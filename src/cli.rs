@@ -19,11 +19,12 @@ use crate::animation::FrameRange;
 use crate::checkpoint;
 use crate::lang::variables::FRAMES_PER_SECOND;
 use crate::parts::PartArgs;
+use bhs_core::sampling::NoiseOver;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use values::{frames_per_second, layer_name, noise, pixel, preview, resolution, seconds};
+use values::{frames_per_second, layer_name, noise, noise_over, pixel, preview, resolution, seconds};
 
 /// A renderer for scenes with a black hole in them.
 #[derive(Debug, Parser)]
@@ -214,6 +215,9 @@ pub struct RenderArgs {
     /// where that is more. 0.01 is a good picture. --spp is then the most that a pixel may take, and there is no limit if it is not given
     #[arg(long, value_name = "T", value_parser = noise, conflicts_with_all = ["pixel", "sample"])]
     pub noise: Option<f64>,
+    /// What has less noise than T: `pixel`, each pixel, or `picture`, the root of the mean square of all pixels' noise, which takes fewer samples
+    #[arg(long, value_name = "WHAT", value_parser = noise_over, conflicts_with_all = ["pixel", "sample"])]
+    pub noise_over: Option<NoiseOver>,
     /// Samples per pixel that --time and --noise leave at least; 1 and 16 if not given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub min_spp: Option<u32>,

@@ -75,6 +75,38 @@ fn the_true_error_is_as_low_as_is_asked_for() {
 }
 
 #[test]
+fn of_the_picture_as_a_whole_it_takes_fewer_samples() {
+    let reference = pixels(&rendered(r#""sobol" "integer pixelsamples" 16384"#, 1));
+    let mean = reference.iter().map(|[l, _]| l).sum::<f64>() / reference.len() as f64;
+    // True mean square error, and samples of all pixels.
+    let measured = |sampler: &str, seed: u64| {
+        let rendered = rendered(sampler, seed);
+        let own = pixels(&rendered);
+        let error = |(a, r): (&[f64; 2], &[f64; 2])| ((a[0] - r[0]) / r[0].max(0.02 * mean)).powi(2);
+        let square = own.iter().zip(&reference).map(error).sum::<f64>() / own.len() as f64;
+        (square, rendered.frame.samples() as f64, rendered)
+    };
+    for (noise, sampler) in [(0.03, "sobol"), (0.06, "independent")] {
+        let over = |what: &str| format!("\"{sampler}\" \"float noise\" {noise} \"string noiseover\" \"{what}\"");
+        let (square, samples, rendered) = measured(&over("picture"), 2);
+        let rms = square.sqrt();
+        assert!((0.5 * noise..1.5 * noise).contains(&rms), "{sampler} {noise}: {rms}");
+        let found = rendered.noise.expect("it was asked for");
+        assert!(found.above == 0 && (0.6..1.4).contains(&(rms / found.rms)), "{rms} {found:?}");
+        let (_, of_each, _) = measured(&over("pixel"), 2);
+        // As many samples everywhere leave more noise than those that went where it was.
+        let equal = (samples / reference.len() as f64).round();
+        let (even, _, _) = measured(&format!("\"{sampler}\" \"integer pixelsamples\" {equal}"), 2);
+        eprintln!(
+            "{sampler} {noise}: true error {rms:.4}, {equal} samples; {:.4} if even; {:.2} of the samples",
+            even.sqrt(),
+            samples / of_each
+        );
+        assert!(samples < 0.8 * of_each && even > 1.15 * square, "{sampler}: {samples} {of_each} {even} {square}");
+    }
+}
+
+#[test]
 fn no_mean_changes() {
     // Independent samples, few of them, and much noise: what depends on the samples themselves shows here. `BHS_SEEDS` has more.
     let seeds: u64 = std::env::var("BHS_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(64);
@@ -89,10 +121,12 @@ fn no_mean_changes() {
         (average, (variance / seeds as f64).sqrt())
     };
     let (fixed, error) = of(r#""independent" "integer pixelsamples" 128"#);
-    let (adaptive, adaptive_error) = of(r#""independent" "float noise" 0.1"#);
-    let (ratio, error) = (adaptive / fixed, error.hypot(adaptive_error) / fixed);
-    eprintln!("mean with adaptive sampling over that without: {ratio:.5} +- {error:.5}");
-    assert!(error < 0.001 && (ratio - 1.0).abs() < 0.001 + 2.0 * error, "{ratio} +- {error}");
+    for sampler in [r#""independent" "float noise" 0.1"#, r#""independent" "float noise" 0.06 "string noiseover" "picture""#] {
+        let (adaptive, adaptive_error) = of(sampler);
+        let (ratio, error) = (adaptive / fixed, error.hypot(adaptive_error) / fixed);
+        eprintln!("mean with adaptive sampling over that without: {ratio:.5} +- {error:.5}: {sampler}");
+        assert!(error < 0.001 && (ratio - 1.0).abs() < 0.001 + 2.0 * error, "{ratio} +- {error}");
+    }
 }
 
 #[test]

@@ -13,6 +13,7 @@ use crate::plot::Chart;
 use crate::render::try_render_quietly;
 use anyhow::{Context, Result};
 use bhs_core::ray::{Ray, RayEnd};
+use bhs_core::sampling::NoiseOver;
 use bhs_engine::connections::Connections;
 use bhs_engine::integrator::Integrator;
 use bhs_engine::way::Watch;
@@ -85,7 +86,7 @@ const METHODS: [Method; 7] = [
 enum Amount {
     /// With so many samples of each pixel.
     Samples(u32),
-    /// With so little noise in each pixel.
+    /// With so little noise, over the whole picture.
     Noise(f64),
 }
 
@@ -134,7 +135,13 @@ impl<F: Fn(&Overrides) -> Result<lang::Method>> Studio<F> {
             Amount::Samples(samples) => (Some(samples), None),
             Amount::Noise(noise) => (None, Some(noise)),
         };
-        let numbers = (self.make)(&Overrides { spp, noise, seed: Some(seed), ..Default::default() })?;
+        let numbers = (self.make)(&Overrides {
+            spp,
+            noise,
+            noise_over: noise.map(|_| NoiseOver::Picture),
+            seed: Some(seed),
+            ..Default::default()
+        })?;
         self.built.sampler = numbers.sampler;
         self.swap(ready);
         let done = picture(&self.built);

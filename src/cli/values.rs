@@ -1,7 +1,7 @@
 //! Values of flags: how they are read, and what is said of those that are none.
 
 use crate::animation::preview::Format;
-use bhs_core::sampling::NoiseTarget;
+use bhs_core::sampling::{NoiseOver, NoiseTarget};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -17,6 +17,11 @@ pub(super) fn preview(text: &str) -> Result<PathBuf, String> {
 /// A noise that pixels may have.
 pub(super) fn noise(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|noise| NoiseTarget::takes(*noise)).ok_or_else(|| NoiseTarget::EXPECTED.to_owned())
+}
+
+/// What has to have so little noise.
+pub(super) fn noise_over(text: &str) -> Result<NoiseOver, String> {
+    NoiseOver::find(text).ok_or_else(|| "expected `pixel` or `picture`".to_owned())
 }
 
 /// A time in seconds.

@@ -45,6 +45,7 @@ pub(super) fn unfit(args: &RenderArgs) -> Option<String> {
     }
     let flags = [
         ("--time", args.time.is_some(), "gives pixels as many samples as there is time for, and does not split into parts"),
+        ("--noise-over", args.noise_over.is_some(), "belongs to --noise, which does not split into parts"),
         ("--min-spp", args.min_spp.is_some(), "belongs to --time and --noise, which do not split into parts"),
         ("--write-partial", args.write_partial, "writes pictures, and a part is none; --checkpoint keeps what there is of it"),
         (

@@ -68,6 +68,7 @@ pub(super) fn render_one(
         look: args.look.changes(),
         // Parts know nothing of the noise of the whole.
         noise: args.noise.filter(|_| !args.parts.is_given()),
+        noise_over: args.noise_over.filter(|_| !args.parts.is_given()),
         quick: args.quick,
         ..overrides(&args.scene_args, &args.picture)
     };

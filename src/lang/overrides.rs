@@ -12,6 +12,7 @@ use crate::look::LookChanges;
 use crate::memory::picture::TooLarge;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, did_you_mean};
+use bhs_core::sampling::NoiseOver;
 use bhs_core::spacetime::Side;
 use bhs_core::value::{Param, ParamType, Values};
 use bhs_engine::integrator::IntegratorBuilder;
@@ -38,6 +39,8 @@ pub struct Overrides {
     pub spp: Option<u32>,
     /// The noise with which a pixel has samples enough; how many the scene asks for does not count then.
     pub noise: Option<f64>,
+    /// What has so little noise.
+    pub noise_over: Option<NoiseOver>,
     /// Switches of the light transport, by the names of their parameters, as far as it has these.
     pub switches: Vec<(&'static str, bool)>,
     /// Seed.
@@ -277,6 +280,11 @@ impl Overrides {
             let params = &mut to.sampler.params;
             params.retain(|p| p.name.value != "pixelsamples");
             set(params, parameter(ParamType::Float, "noise", Values::Numbers { values: vec![noise], whole: false }, span));
+        }
+        if let Some(over) = self.noise_over {
+            let span = flags.flag("--noise-over", over.name());
+            let values = Values::Strings(vec![Spanned::new(over.name().to_owned(), span)]);
+            set(&mut to.sampler.params, parameter(ParamType::String, "noiseover", values, span));
         }
         if let Some(spp) = self.spp {
             let span = flags.flag("--spp", &spp.to_string());

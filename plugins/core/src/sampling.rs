@@ -44,6 +44,8 @@ pub struct NoiseTarget {
     pub noise: f64,
     /// What it is measured in.
     pub measure: NoiseMeasure,
+    /// What has to be below it.
+    pub over: NoiseOver,
 }
 
 impl NoiseTarget {
@@ -53,6 +55,30 @@ impl NoiseTarget {
     /// Whether that much noise can be asked for.
     pub fn takes(noise: f64) -> bool {
         noise > 0.0 && noise <= 1.0
+    }
+}
+
+/// What a target of noise holds for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseOver {
+    /// Each pixel: the hardest ones take most of the samples.
+    Pixel,
+    /// The picture: the root of the mean square of its pixels' noise. Samples go where they lower that most, and far fewer of them do.
+    Picture,
+}
+
+impl NoiseOver {
+    /// What scenes and the command line call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pixel => "pixel",
+            Self::Picture => "picture",
+        }
+    }
+
+    /// The one of that name.
+    pub fn find(name: &str) -> Option<Self> {
+        [Self::Pixel, Self::Picture].into_iter().find(|over| over.name() == name)
     }
 }
 
