@@ -77,6 +77,7 @@ impl<'a> Job<'a> {
             lambda_range,
             pixels: u64::from(width) * u64::from(height),
             camera_ray: Arc::new(move |film, lens| job.camera_ray(film.as_dvec2() * size, lens).0),
+            is_stopped: Arc::new(|| false),
         }
     }
 

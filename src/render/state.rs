@@ -183,11 +183,11 @@ impl<'a> RenderState<'a> {
                     samples => end.min(done.saturating_add(samples)),
                 },
             };
-            if !self.begin_wave(limits, progress) {
-                return Ended::Complete;
+            let began = Instant::now();
+            if !self.begin_wave(limits, progress, signals) {
+                return if signals.stop() { stopped() } else { Ended::Complete };
             }
             progress.wave(done, limits.most);
-            let began = Instant::now();
             let over = || signals.stop() || deadline.is_some_and(|d| Instant::now() >= d);
             let advance = |i| self.advance(i, end, progress, &over);
             let whole = (0..self.frame.tiles.len()).into_par_iter().with_max_len(1).map(advance).reduce(|| true, |a, b| a && b);
@@ -206,8 +206,9 @@ impl<'a> RenderState<'a> {
         }
     }
 
-    /// Decides which pixels take part in the wave under way, and tells the transport's memory of it, once. False if none does: all have samples enough.
-    fn begin_wave(&self, limits: &Limits, progress: &Progress) -> bool {
+    /// Decides which pixels take part in the wave under way, and tells the transport's memory of it, once. False if none does: all have samples enough, or
+    /// a signal stops the render.
+    fn begin_wave(&self, limits: &Limits, progress: &Progress, signals: &Signals) -> bool {
         let mut shared = self.shared_alone();
         let samples = shared.wave.samples();
         // A tile that has come further took part in what was decided for this wave.
@@ -224,9 +225,11 @@ impl<'a> RenderState<'a> {
         {
             let setting = self.job.setting();
             let pixels = if self.job.noise.is_some() { self.frame.pixels_under_way() } else { setting.pixels };
-            memory.begin_wave(&RenderSetting { pixels, ..setting }, samples);
+            memory.begin_wave(&RenderSetting { pixels, is_stopped: Arc::new(|| signals.stop()), ..setting }, samples);
+            // It may have left off: then the wave begins anew whenever the render goes on.
+            shared.is_begun = !signals.stop();
         }
-        true
+        shared.is_begun
     }
 
     /// Brings a tile to `end` samples a pixel; false if it is `over` before.

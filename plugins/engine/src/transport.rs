@@ -60,6 +60,8 @@ pub struct RenderSetting<'a> {
     pub pixels: u64,
     /// The ray of the camera through a point of the whole picture and one of the lens, both in [0,1)^2.
     pub camera_ray: Arc<dyn Fn(Vec2, Vec2) -> Ray + Send + Sync + 'a>,
+    /// Whether the render is to end: what takes long before a wave asks now and then, and leaves off. No sample of that wave is made then.
+    pub is_stopped: Arc<dyn Fn() -> bool + Send + Sync + 'a>,
 }
 
 /// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.

@@ -36,6 +36,7 @@ use spectrum::Range;
 use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 use std::ops::Range as Numbers;
+use std::sync::Arc;
 
 /// Pixels of the picture for each photon of a sample.
 const PIXELS_PER_PHOTON: u64 = 8;
@@ -43,8 +44,8 @@ const PIXELS_PER_PHOTON: u64 = 8;
 const PHOTONS: [u64; 2] = [256, 1 << 16];
 /// By how much the photons of a sample are fewer at most in waves of adaptive sampling.
 const FEWER: u64 = 4;
-/// Greatest number of photons of a wave: those that land take about 100 bytes each.
-const MOST: u64 = 1 << 19;
+/// Greatest number of photons of a wave: those that land take about 250 bytes each while they are sorted. As many as the longest wave has in the largest picture.
+const MOST: u64 = 1 << 21;
 /// Photons that are sent before the first wave, in units of those of a sample; and how many at least and at most.
 const SCOUTS: u64 = 4;
 const SCOUT_RANGE: [u64; 2] = [1 << 13, 1 << 16];
@@ -178,7 +179,8 @@ impl Caustics {
 
     fn tracer<'a>(&'a self, setting: &RenderSetting<'a>) -> Tracer<'a> {
         let &RenderSetting { scene, sampler, .. } = setting;
-        Tracer { scene, source: &self.source, range: self.range, sampler, most_bounces: self.most_bounces }
+        let (source, is_stopped) = (&self.source, Arc::clone(&setting.is_stopped));
+        Tracer { scene, source, range: self.range, sampler, most_bounces: self.most_bounces, is_stopped }
     }
 
     /// Makes the photons of the samples with these numbers.
@@ -186,6 +188,8 @@ impl Caustics {
         // Where few pixels take part, as many photons as for all of them would be most of the time.
         let per_sample = (setting.pixels / PIXELS_PER_PHOTON).clamp(self.per_sample.div_ceil(FEWER), self.per_sample);
         let sent = (per_sample * samples.len() as u64).min(MOST);
+        // Those of the wave before are not held besides.
+        self.photons = PhotonMap::new(&[], 1.0);
         let landed = self.tracer(setting).follow(samples.start, 0..sent as u32);
         let share = 1.0 / sent as f32;
         let photons: Vec<Photon> =

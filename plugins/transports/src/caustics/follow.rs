@@ -13,6 +13,7 @@ use bhs_engine::transport::BATCH;
 use glam::Vec2;
 use rayon::prelude::*;
 use std::ops::Range as Numbers;
+use std::sync::Arc;
 
 /// The first specular surface at which a photon may end by roulette.
 const ROULETTE: u32 = 3;
@@ -28,7 +29,7 @@ pub struct Landed {
 }
 
 /// What photons are followed with.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Tracer<'a> {
     pub scene: &'a Scene,
     pub source: &'a PhotonSource,
@@ -36,6 +37,8 @@ pub struct Tracer<'a> {
     pub sampler: &'a dyn Sampler,
     /// Specular surfaces that a photon meets at most.
     pub most_bounces: u32,
+    /// [`RenderSetting::is_stopped`](bhs_engine::transport::RenderSetting::is_stopped).
+    pub is_stopped: Arc<dyn Fn() -> bool + Send + Sync + 'a>,
 }
 
 /// A photon under way.
@@ -54,12 +57,13 @@ struct Flight<'a> {
 
 impl<'a> Tracer<'a> {
     /// Draws the photons with these numbers and follows them: those that have landed, in the order of their numbers. `stage` tells them from those of
-    /// other waves with the same numbers.
+    /// other waves with the same numbers. Some of them if the render is to end.
     pub fn follow(&self, stage: u32, numbers: Numbers<u32>) -> Vec<Landed> {
         let batch = BATCH as u32;
         let batches = (numbers.len() as u32).div_ceil(batch);
         let landed: Vec<Vec<Landed>> = (0..batches)
             .into_par_iter()
+            .take_any_while(|_| !(self.is_stopped)())
             .map(|b| {
                 let start = numbers.start + b * batch;
                 self.follow_batch(stage, start..(start + batch).min(numbers.end))

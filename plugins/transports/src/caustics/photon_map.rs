@@ -49,20 +49,25 @@ impl PhotonMap {
         let bucket = |p: &Photon| hash(cell(p.point, radius)) & (buckets - 1);
         let mut counts = vec![0u32; buckets];
         photons.iter().for_each(|p| counts[bucket(p)] += 1);
-        let mut kept: Vec<(usize, Photon)> = Vec::with_capacity(photons.len());
-        for (i, p) in photons.iter().enumerate() {
-            let share = (MOST_IN_BUCKET / counts[bucket(p)] as f32).min(1.0);
-            if unit_f32((mix64(i as u64) >> 32) as u32) < share {
-                kept.push((bucket(p), Photon { flux: p.flux.map(|f| f / share), ..*p }));
-            }
-        }
-        // A stable sort: photons of a bucket stay in their order.
-        kept.sort_by_key(|(bucket, _)| *bucket);
+        let share = |p: &Photon| (MOST_IN_BUCKET / counts[bucket(p)] as f32).min(1.0);
+        let is_kept = |i: usize, p: &Photon| unit_f32((mix64(i as u64) >> 32) as u32) < share(p);
+        // Photons are large: their numbers are sorted in their place.
         let mut starts = vec![0u32; buckets + 1];
-        kept.iter().for_each(|(bucket, _)| starts[bucket + 1] += 1);
+        let mut kept: Vec<u32> = Vec::with_capacity(photons.len());
+        for (i, p) in photons.iter().enumerate().filter(|(i, p)| is_kept(*i, p)) {
+            kept.push(i as u32);
+            starts[bucket(p) + 1] += 1;
+        }
         (0..buckets).for_each(|b| starts[b + 1] += starts[b]);
-        let photons: Vec<Photon> = kept.into_iter().map(|(_, photon)| photon).collect();
-        let points = photons.iter().map(|p| p.point).collect();
+        let (mut next, mut order) = (starts.clone(), vec![0u32; kept.len()]);
+        for i in kept {
+            let at = &mut next[bucket(&photons[i as usize])];
+            order[*at as usize] = i;
+            *at += 1;
+        }
+        let scaled = |p: &Photon| Photon { flux: p.flux.map(|f| f / share(p)), ..*p };
+        let points = order.iter().map(|i| photons[*i as usize].point).collect();
+        let photons = order.iter().map(|i| scaled(&photons[*i as usize])).collect();
         Self { radius, starts, photons, points }
     }
 
