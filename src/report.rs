@@ -59,8 +59,11 @@ pub fn to_json(d: &Diagnostic, sources: &SourceMap) -> Value {
     object
 }
 
-/// File and range of a span.
+/// File and range of a span; of what has been made of a model, the file alone.
 fn place(span: Span, sources: &SourceMap) -> Value {
+    if let Some(source) = sources.get(span.file).filter(|s| s.is_model) {
+        return json!({ "file": source.name });
+    }
     let (line, column) = sources.line_column(span.file, span.start);
     let (end_line, end_column) = sources.line_column(span.file, span.end);
     let file = sources.get(span.file).map(|s| s.name.as_str());
@@ -83,6 +86,12 @@ fn group<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Group<'a> {
     if let Some(name) = nameless(d, sources) {
         group = group.element(Origin::path(name));
     }
+    if let Some((model, label)) = of_model(d, sources) {
+        group = group.element(Origin::path(model));
+        if !label.is_empty() {
+            group = group.element(Level::NOTE.message(label));
+        }
+    }
     if let Some(help) = &d.help {
         group = group.element(Level::HELP.message(help.as_str()));
     }
@@ -95,6 +104,13 @@ fn group<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Group<'a> {
         at = source.included_at;
     }
     group
+}
+
+/// The model that a finding is about and what its label says, where the scene has been made of one.
+fn of_model<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Option<(&'a str, &'a str)> {
+    let primary = d.primary.as_ref()?;
+    let source = sources.get(primary.span.file).filter(|s| s.is_model)?;
+    Some((source.name.as_str(), primary.text.as_str()))
 }
 
 /// The scene's file, for a finding that has no place and does not name it.
@@ -117,7 +133,8 @@ fn snippets<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Snippet<'a, An
     let labels =
         d.primary.iter().map(|l| (AnnotationKind::Primary, l)).chain(d.labels.iter().map(|l| (AnnotationKind::Context, l)));
     for (kind, Label { span, text }) in labels {
-        let Some(source) = sources.get(span.file) else { continue };
+        // Nobody has written what is made of a model.
+        let Some(source) = sources.get(span.file).filter(|s| !s.is_model) else { continue };
         let place = first_line(&source.text, *span);
         let lines = line_range(&source.text, &place);
         let entry = (kind, place, text.as_str());

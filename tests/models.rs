@@ -3,6 +3,7 @@
 mod gltf;
 mod gltf_files;
 mod mtl;
+mod relief;
 
 use crate::common;
 use bhs::lang::{self, BuiltScene, Overrides, SourceMap};

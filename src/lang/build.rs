@@ -15,6 +15,7 @@ use crate::lang::pictured::Pictured;
 use crate::lang::source::SourceMap;
 use crate::lang::spacetime::build_spacetime;
 use crate::lang::statements::{CameraStatement, Statements};
+use crate::lang::strands::Strands;
 use crate::look::Look;
 use crate::memory::picture::{self, TooLarge};
 use crate::registry::{Registry, bare_context};
@@ -345,7 +346,7 @@ fn build_shapes(
     let mut objects = instances::places(description.objects.len(), &description.instances);
     let (mut parts, mut motions) = (Vec::with_capacity(shapes.len()), Vec::new());
     // Each shape's parameters, which may be a large mesh, are let go before the next one is made.
-    let mut errors = ErrorCount::default();
+    let (mut errors, mut strands) = (ErrorCount::default(), Strands::default());
     for (index, shape) in (0u32..).zip(shapes) {
         if errors.count(found) >= MAX_ERRORS {
             // What follows is not made, and not looked at: the scene is not rendered.
@@ -369,6 +370,7 @@ fn build_shapes(
             parts.extend(instances::add_shape(object, &shape, index, surfaces, make, found));
             continue;
         }
+        let surfaces = strands.add(&shape, motion.is_some(), surfaces, &mut parts);
         let motion = motion.map(|motion| {
             motions.push(motion);
             motions.len() - 1

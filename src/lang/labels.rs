@@ -66,6 +66,9 @@ impl Labels {
 }
 
 fn place(span: Span, sources: &SourceMap) -> String {
+    if let Some(source) = sources.get(span.file).filter(|s| s.is_model) {
+        return source.name.clone();
+    }
     let (line, column) = sources.line_column(span.file, span.start);
     format!("{}:{line}:{column}", sources.get(span.file).map_or("", |s| &s.name))
 }

@@ -45,6 +45,7 @@ mod sky_points;
 pub mod source;
 mod spacetime;
 mod statements;
+mod strands;
 #[cfg(test)]
 mod tests;
 pub mod transform;

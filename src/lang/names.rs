@@ -369,6 +369,10 @@ impl Texture for Faulty {
     fn float(&self, _: &Shading) -> f32 {
         0.0
     }
+
+    fn triple(&self, _: &Shading) -> Option<Vec3> {
+        Some(Vec3::ZERO)
+    }
 }
 
 impl Material for Faulty {

@@ -14,7 +14,7 @@ const ONE_NODE: &str = r#""nodes":[{"mesh":0}]"#;
 fn triangles(file: &[u8]) -> Result<Vec<[DVec3; 3]>, String> {
     let model = Model::parse(file)?;
     let read = |name: &str| if name == "my file.bin" { Ok(Arc::new(vec![0; 9])) } else { Err("no such file".to_owned()) };
-    let mesh = mesh::triangles(&model, 0, 0, 0, &read)?;
+    let mesh = mesh::triangles(&model, 0, 0, mesh::Attributes::default(), &read)?;
     Ok(mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize])).collect())
 }
 
@@ -178,7 +178,7 @@ fn what_is_left_out_is_told() {
         "`m.gltf`: not read are extensions that it requires: `X_unknown`",
         "`m.gltf`: not read are 1 nodes that have several parents",
         "`m.gltf`: sheen are left out of `0 cloth`",
-        "`m.gltf`: small relief (normal maps) are left out of `0 cloth`",
+        "pictures of `m.gltf` are not there: `lost.png`: its materials do without them",
         "1 part of `m.gltf` cannot be read: lines, which have no surface: the picture lacks them",
         "1 nodes of `m.gltf` have no size, and are not there: their transforms flatten space",
     ];

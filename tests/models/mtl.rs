@@ -103,11 +103,11 @@ fn what_is_lost_is_told_and_the_current_material_counts() {
     nameless[0].1 = SQUARE.replace("mtllib a b.mtl\n", "").into_bytes();
     let none = "`in/a.obj` names materials and no file of them (`mtllib`): `m`: what has them has the current material";
     assert_eq!(world(&nameless, shape).1, [none]);
-    let pictures = world(&files("map_Kd no.png\nmap_Bump b.png\nnorm n.png\nKd x"), shape).1;
+    let pictures = world(&files("map_Kd no.png\nmap_Bump b.png\nrefl n.png\ndecal d.png\nKd x"), shape).1;
     let expected = [
-        "`in/a b.mtl`: line 5: `Kd` needs three numbers, and is not read",
-        "pictures of `in/a.obj` are not there: `no.png`: its materials do without them",
-        "statements of the materials of `in/a.obj` are not read: `map_Bump`, `norm`: the picture lacks what they add, such as small relief",
+        "`in/a b.mtl`: line 6: `Kd` needs three numbers, and is not read",
+        "pictures of `in/a.obj` are not there: `b.png`, `no.png`: its materials do without them",
+        "statements of the materials of `in/a.obj` are not read: `decal`, `refl`: the picture lacks what they add, such as small relief",
     ];
     assert_eq!(pictures, expected);
     // Who says so gets none of them, and hears nothing.

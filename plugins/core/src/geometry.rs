@@ -131,6 +131,8 @@ pub struct SurfaceGeometry {
     pub shading_normal: DVec3,
     /// Texture coordinates.
     pub uv: Vec2,
+    /// Those of the second set, where a mesh has one.
+    pub second_uv: Option<Vec2>,
     /// Colour and opacity that its vertices give it (linear sRGB); 1 where they give none.
     pub colour: Vec4,
 }

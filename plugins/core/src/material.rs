@@ -12,6 +12,8 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 pub struct Shading {
     /// Texture coordinates.
     pub uv: Vec2,
+    /// Those of the second set; those of the first where there is no other.
+    pub second_uv: Vec2,
     /// Colour and opacity that the vertices of a mesh give it (linear sRGB); 1 where they give none.
     pub colour: Vec4,
     /// Wavelengths of the path as they are at this point (nm).
@@ -28,7 +30,7 @@ pub struct Shading {
 impl Shading {
     /// A point of which nothing is known but its texture coordinates and wavelengths.
     pub const fn at_uv(uv: Vec2, lambda_nm: [f32; N_LAMBDA]) -> Self {
-        Self { uv, colour: Vec4::ONE, lambda_nm, point: DVec3::ZERO, normal: Vec3::Z, tangents: Tangents::OF_AXES }
+        Self { uv, second_uv: uv, colour: Vec4::ONE, lambda_nm, point: DVec3::ZERO, normal: Vec3::Z, tangents: Tangents::OF_AXES }
     }
 }
 

@@ -5,6 +5,7 @@
 
 use crate::material::Shading;
 use crate::spectrum::{SampledSpectrum, Spectrum, SpectrumRole};
+use glam::Vec3;
 use std::sync::Arc;
 
 pub mod composite;
@@ -18,6 +19,8 @@ pub enum TextureKind {
     Spectrum(SpectrumRole),
     /// Numbers.
     Float,
+    /// Three numbers, as a picture holds them: of a normal map.
+    Triple,
 }
 
 /// A value that varies over a surface. It is made for one [`TextureKind`], and answers to that.
@@ -27,6 +30,11 @@ pub trait Texture: Send + Sync {
 
     /// The number at a point.
     fn float(&self, at: &Shading) -> f32;
+
+    /// The three numbers at a point; `None`: it is no picture, and has none anywhere.
+    fn triple(&self, _at: &Shading) -> Option<Vec3> {
+        None
+    }
 
     /// The texture as one that is made of others, if it is.
     fn composite(&self) -> Option<&dyn Composite> {
@@ -87,6 +95,14 @@ impl FloatParameter {
             Self::Texture { texture, range: [lo, hi] } => texture.float(at).clamp(*lo, *hi),
         }
     }
+}
+
+/// Three numbers that vary over a surface.
+pub enum TripleParameter {
+    /// The file of a picture, as the scene writes its path.
+    File(String),
+    /// A texture.
+    Texture(Arc<dyn Texture>),
 }
 
 /// What a texture is made of: a plain value, or another texture.

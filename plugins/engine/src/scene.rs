@@ -255,6 +255,7 @@ impl Scene {
             radiance_factor: self.radiance_factor(ratio),
             shading: Shading {
                 uv: surface.uv,
+                second_uv: surface.second_uv.unwrap_or(surface.uv),
                 colour: surface.colour,
                 lambda_nm: lambda.at(ratio as f32),
                 point: hit.point + self.world.origin,

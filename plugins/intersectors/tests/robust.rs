@@ -286,7 +286,13 @@ fn unbounded_surfaces_are_cut_far_away() {
             Some((-1.0 - s.origin.y) / s.direction.y).filter(|t| s.t_min < *t && *t < s.t_max)
         }
         fn surface(&self, _: DVec3) -> SurfaceGeometry {
-            SurfaceGeometry { normal: DVec3::Y, shading_normal: DVec3::Y, uv: Vec2::ZERO, colour: glam::Vec4::ONE }
+            SurfaceGeometry {
+                normal: DVec3::Y,
+                shading_normal: DVec3::Y,
+                uv: Vec2::ZERO,
+                second_uv: None,
+                colour: glam::Vec4::ONE,
+            }
         }
         fn area(&self) -> f64 {
             unimplemented!()

@@ -2,7 +2,9 @@
 //!
 //! `normalmap` and `displacement` are parameters of the directives of all materials, with pbrt-v4's meaning. A normal map's red, green and
 //! blue, each from -1 to 1, are the normal's share of dp/du, of the vector that makes a right-handed frame with it, and of the surface's own
-//! normal. A displacement is how far the surface lies off along its normal (scene units); its slopes tilt the normal, and no point is
+//! normal. That is pbrt's way for the file of a picture. Where `normalmap` names a texture, which may be placed and repeated as any other, green
+//! lies along dp/dv, as other programs have it (glTF 2.0, section 3.9.3): where the texture coordinates run the other way round, as those of the
+//! second half of a mirrored model do, what stands out still does. `normalmapscale` multiplies red and green. A displacement is how far the surface lies off along its normal (scene units); its slopes tilt the normal, and no point is
 //! moved (Blinn 1978, "Simulation of Wrinkled Surfaces"):
 //!
 //! `dp'/du = dp/du + dD/du n + D dn/du`, likewise by v, and `n' = dp'/du x dp'/dv`.
@@ -19,7 +21,7 @@ use bhs_core::image::{Image, Texels};
 use bhs_core::material::{BsdfSample, Material, Shading};
 use bhs_core::params::Params;
 use bhs_core::spectrum::SampledSpectrum;
-use bhs_core::texture::FloatParameter;
+use bhs_core::texture::{FloatParameter, Texture, TripleParameter};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
@@ -29,9 +31,15 @@ const STEP: f32 = 5e-4;
 /// Cosine that the viewer has at least to a matt surface's tilted normal, and the mirror direction of the viewer to the surface's own.
 const LEAST_COSINE: f32 = 0.01;
 
+/// The colour that tilts nothing.
+const FLAT: Vec3 = Vec3::new(0.5, 0.5, 1.0);
+
 /// What tilts the normals.
 enum Tilt {
-    NormalMap(Arc<Image>),
+    /// A file as pbrt reads it, and the factor of red and green.
+    NormalMap(Arc<Image>, f32),
+    /// A texture, and the same.
+    Texture(Arc<dyn Texture>, f32),
     Displacement(FloatParameter),
 }
 
@@ -45,8 +53,14 @@ impl Bumps {
         if p.owner().value == "mix" {
             return None;
         }
-        let about = "bumps: a picture of normals, in the frame of dp/du and the surface's normal";
-        let normal_map = p.optional::<String>("normalmap", "", about);
+        let about =
+            "bumps: a picture of normals, in the frame of dp/du and the surface's normal; of a texture, green is along dp/dv";
+        let normal_map = p.triple_parameter("normalmap", about);
+        let about = "bumps: what red and green of `normalmap` are multiplied with";
+        let scale = p.get_in("normalmapscale", 1.0, -1e6..=1e6, "", about) as f32;
+        if p.is_given("normalmapscale") && !p.is_given("normalmap") {
+            p.reject("normalmapscale", "`normalmapscale` needs a `normalmap`", "there is none to be multiplied");
+        }
         let range = f64::from(f32::MIN)..=f64::from(f32::MAX);
         let about = "bumps: how far the surface seems to lie off along its normal; its slopes tilt the normal";
         let displacement = p.optional_float_parameter("displacement", range, "scene", about);
@@ -59,9 +73,12 @@ impl Bumps {
                     .help("remove one of the two: pbrt-v4 follows the normal map"),
             );
         }
-        let path = Spanned::new(normal_map, p.span_of("normalmap"));
+        let path = match normal_map {
+            TripleParameter::Texture(texture) => return Some(Self(Tilt::Texture(texture, scale))),
+            TripleParameter::File(path) => Spanned::new(path, p.span_of("normalmap")),
+        };
         match p.context().named.image(&path, p.context()) {
-            Ok(image) => Some(Self(Tilt::NormalMap(image))),
+            Ok(image) => Some(Self(Tilt::NormalMap(image, scale))),
             Err(why) => {
                 p.report(Diagnostic::error("unreadable", format!("cannot read `{}`: {why}", path.value)).at(path.span, ""));
                 None
@@ -152,7 +169,12 @@ impl Bumped {
     /// The unit normal on the surface's own side.
     fn tilted(&self, at: &Shading) -> Vec3 {
         let n = match &self.tilt {
-            Tilt::NormalMap(image) => mapped(image, at.uv),
+            Tilt::NormalMap(image, scale) => mapped(image, at.uv) * Vec3::new(*scale, *scale, 1.0),
+            Tilt::Texture(texture, scale) => {
+                let n = texture.triple(at).unwrap_or(FLAT) * 2.0 - 1.0;
+                // In the shading frame y is the side to which dp/dv leans, or the other one.
+                n * Vec3::new(*scale, scale.copysign(*scale * at.tangents.point[1].y), 1.0)
+            }
             Tilt::Displacement(displacement) => displaced(displacement, at),
         };
         // Flips no sides.

@@ -10,6 +10,7 @@ pub mod mesh;
 mod model;
 pub mod nodes;
 pub mod picture;
+pub mod tangents;
 
 pub use gltf;
 pub use model::{Model, ReadFile, beside};

@@ -49,6 +49,8 @@ pub struct Surface {
     pub emissive: [f32; 3],
     /// The picture that multiplies it.
     pub emissive_picture: Option<Picture>,
+    /// Normals, and the factor of their red and green.
+    pub normal: Number,
     /// How opaque it is.
     pub alpha_mode: AlphaMode,
     /// Of `AlphaMode::Mask`: from where on it is there.
@@ -107,8 +109,11 @@ pub fn surface(model: &Model, index: Option<usize>) -> Result<Surface, String> {
         ior: m.ior().unwrap_or(1.5),
         ..default()
     };
-    if m.normal_texture().is_some() {
-        surface.left_out.push("small relief (normal maps)");
+    if let Some(normal) = m.normal_texture() {
+        let transform = normal.extension_value("KHR_texture_transform");
+        let place = transform_of(transform);
+        let set = set_of(transform).unwrap_or(normal.tex_coord());
+        surface.normal = Number { factor: normal.scale(), picture: placed(&normal.texture(), set, place) };
     }
     if let Some(s) = m.specular() {
         surface.specular = number(s.specular_factor(), s.specular_texture());
@@ -129,7 +134,7 @@ pub fn surface(model: &Model, index: Option<usize>) -> Result<Surface, String> {
         surface.clearcoat = raw_number(model, coat, "clearcoatFactor", "clearcoatTexture")?;
         surface.clearcoat_roughness = raw_number(model, coat, "clearcoatRoughnessFactor", "clearcoatRoughnessTexture")?;
         if coat.get("clearcoatNormalTexture").is_some() {
-            surface.left_out.push("small relief (normal maps)");
+            surface.left_out.push("small relief of clear coats");
         }
     }
     if let Some(old) = m.pbr_specular_glossiness() {
@@ -140,13 +145,9 @@ pub fn surface(model: &Model, index: Option<usize>) -> Result<Surface, String> {
         surface.left_out.push("coloured and textured reflections (pbrSpecularGlossiness)");
     }
     surface.left_out.extend(LEFT_OUT.iter().filter(|(name, _)| m.extension_value(name).is_some()).map(|(_, what)| *what));
-    let pictures = surface.pictures();
-    let (sets, wraps) = (pictures.iter().map(|p| p.set), pictures.iter().any(|p| p.wrap[0] != p.wrap[1]));
-    if sets.min() != pictures.iter().map(|p| p.set).max() {
-        surface.left_out.push("pictures by a second set of texture coordinates (they lie by the first)");
-    }
-    if wraps {
-        surface.left_out.push("pictures that repeat in one direction alone (they do as along u)");
+    let sets = surface.uv_sets();
+    if surface.pictures().iter().any(|p| !sets.contains(&Some(p.set))) {
+        surface.left_out.push("pictures by a third set of texture coordinates (they lie by the first)");
     }
     Ok(surface)
 }
@@ -161,6 +162,7 @@ fn default() -> Surface {
         roughness: one.clone(),
         emissive: [0.0; 3],
         emissive_picture: None,
+        normal: one.clone(),
         alpha_mode: AlphaMode::Opaque,
         cutoff: 0.5,
         double_sided: false,
@@ -178,15 +180,26 @@ fn default() -> Surface {
 impl Surface {
     /// All of its pictures.
     pub fn pictures(&self) -> Vec<&Picture> {
-        let numbers =
-            [&self.metallic, &self.roughness, &self.specular, &self.transmission, &self.clearcoat, &self.clearcoat_roughness];
+        let numbers = [
+            &self.normal,
+            &self.metallic,
+            &self.roughness,
+            &self.specular,
+            &self.transmission,
+            &self.clearcoat,
+            &self.clearcoat_roughness,
+        ];
         let of_numbers = numbers.into_iter().filter_map(|n| n.picture.as_ref());
         self.base_picture.iter().chain(&self.emissive_picture).chain(of_numbers).collect()
     }
 
-    /// The set of texture coordinates that its pictures lie by.
-    pub fn uv_set(&self) -> u32 {
-        self.pictures().iter().map(|p| p.set).min().unwrap_or(0)
+    /// The sets of texture coordinates that its pictures lie by: the first is that of what it emits, if it does; the second `None` where all lie by
+    /// the first.
+    pub fn uv_sets(&self) -> [Option<u32>; 2] {
+        let pictures = self.pictures();
+        let emitted = if self.unlit { &self.base_picture } else { &self.emissive_picture };
+        let first = emitted.as_ref().map(|p| p.set).or_else(|| pictures.iter().map(|p| p.set).min());
+        [first, pictures.iter().map(|p| p.set).filter(|set| Some(*set) != first).min()]
     }
 }
 
@@ -223,12 +236,21 @@ fn raw_number(model: &Model, of: &Value, factor: &str, texture: &str) -> Result<
     let found = index("index").and_then(|i| model.document.textures().nth(usize::try_from(i).ok()?));
     let Some(found) = found else { return Err(format!("its `{texture}` names a texture that it does not have")) };
     let transform = info.get("extensions").and_then(|e| e.get("KHR_texture_transform"));
+    let set = set_of(transform).or(index("texCoord").and_then(|set| u32::try_from(set).ok())).unwrap_or(0);
+    Ok(Number { factor, picture: placed(&found, set, transform_of(transform)) })
+}
+
+/// Offset, rotation and scale of a KHR_texture_transform that is kept as it was written.
+fn transform_of(transform: Option<&Value>) -> ([f32; 2], f32, [f32; 2]) {
     let numbers = |name: &str, default: [f32; 2]| {
         let pair = transform.and_then(|t| t.get(name)?.as_array());
         pair.and_then(|p| Some([p.first()?.as_f64()? as f32, p.get(1)?.as_f64()? as f32])).unwrap_or(default)
     };
     let rotation = transform.and_then(|t| t.get("rotation")?.as_f64()).unwrap_or(0.0) as f32;
-    let set = transform.and_then(|t| t.get("texCoord")?.as_u64()).or(index("texCoord")).unwrap_or(0) as u32;
-    let picture = placed(&found, set, (numbers("offset", [0.0; 2]), rotation, numbers("scale", [1.0; 2])));
-    Ok(Number { factor, picture })
+    (numbers("offset", [0.0; 2]), rotation, numbers("scale", [1.0; 2]))
+}
+
+/// The set of texture coordinates that it names.
+fn set_of(transform: Option<&Value>) -> Option<u32> {
+    transform?.get("texCoord")?.as_u64().and_then(|set| u32::try_from(set).ok())
 }

@@ -27,12 +27,22 @@ pub fn readable(primitive: &Primitive) -> Result<(), &'static str> {
     }
 }
 
-/// The triangles of primitive number `primitive` of mesh number `mesh`, in the file's coordinates; texture coordinates are those of the set
-/// `uv_set`, with v upwards. A normal that is no direction is zero.
+/// What of a primitive is read besides its shape.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Attributes {
+    /// The set of texture coordinates that is the mesh's first.
+    pub uv_set: u32,
+    /// The one that is its second.
+    pub second_uv_set: Option<u32>,
+    /// Whether the tangents of a file count.
+    pub tangents: bool,
+}
+
+/// The triangles of primitive number `primitive` of mesh number `mesh`, in the file's coordinates; texture coordinates have v upwards. A normal that is no direction is zero.
 ///
 /// # Errors
 /// What is wrong with it, in words that can follow "cannot read `file`: ".
-pub fn triangles(model: &Model, mesh: usize, primitive: usize, uv_set: u32, read: ReadFile) -> Result<WorldMesh, String> {
+pub fn triangles(model: &Model, mesh: usize, primitive: usize, with: Attributes, read: ReadFile) -> Result<WorldMesh, String> {
     let meshes = model.document.meshes().len();
     let of_mesh =
         model.document.meshes().nth(mesh).ok_or_else(|| format!("it has no mesh {mesh}: it has {meshes}, counted from 0"))?;
@@ -40,10 +50,10 @@ pub fn triangles(model: &Model, mesh: usize, primitive: usize, uv_set: u32, read
     let place = format!("mesh {mesh}{name}, primitive {primitive}");
     let Some(primitive) = of_mesh.primitives().nth(primitive) else { return Err(format!("it has no {place}")) };
     readable(&primitive).map_err(|what| format!("{place} is {what}"))?;
-    read_primitive(model, &primitive, uv_set, read).map_err(|fault| format!("{place}: {fault}"))
+    read_primitive(model, &primitive, with, read).map_err(|fault| format!("{place}: {fault}"))
 }
 
-fn read_primitive(model: &Model, primitive: &Primitive, uv_set: u32, read: ReadFile) -> Result<WorldMesh, String> {
+fn read_primitive(model: &Model, primitive: &Primitive, with: Attributes, read: ReadFile) -> Result<WorldMesh, String> {
     let Some(accessor) = primitive.get(&Semantic::Positions) else { return Err("it has no positions".to_owned()) };
     let positions = floats::<3>(model, &accessor, 0.0, read)?;
     let count = positions.len();
@@ -66,25 +76,41 @@ fn read_primitive(model: &Model, primitive: &Primitive, uv_set: u32, read: ReadF
         Some(accessor) => floats::<3>(model, &accessor, 0.0, read)?,
         None => Vec::new(),
     };
-    let uvs = match attribute(&Semantic::TexCoords(uv_set), "texture coordinates")? {
-        Some(accessor) => floats::<2>(model, &accessor, 0.0, read)?,
+    let set = |set: u32| match attribute(&Semantic::TexCoords(set), "texture coordinates")? {
+        Some(accessor) => floats::<2>(model, &accessor, 0.0, read),
+        None => Ok(Vec::new()),
+    };
+    let uvs = set(with.uv_set)?;
+    let second_uvs = with.second_uv_set.map_or(Ok(Vec::new()), set)?;
+    // Without normals they mean nothing (glTF 2.0, section 3.7.2.1).
+    let tangents = match attribute(&Semantic::Tangents, "tangents")?.filter(|_| with.tangents && !normals.is_empty()) {
+        Some(accessor) => floats::<4>(model, &accessor, 1.0, read)?,
         None => Vec::new(),
     };
+    let numbers = [uvs.as_flattened(), second_uvs.as_flattened(), tangents.as_flattened()];
     let colours = match attribute(&Semantic::Colors(0), "colours")? {
         Some(accessor) => floats::<4>(model, &accessor, 1.0, read)?,
         None => Vec::new(),
     };
-    if !uvs.as_flattened().iter().chain(colours.as_flattened()).all(|x| x.is_finite()) {
-        return Err("a texture coordinate or a colour is not a finite number".to_owned());
+    if !numbers.into_iter().flatten().chain(colours.as_flattened()).all(|x| x.is_finite()) {
+        return Err("a texture coordinate, a tangent or a colour is not a finite number".to_owned());
     }
     Ok(WorldMesh {
         positions: positions.into_iter().map(|p| DVec3::from_array(p.map(f64::from))).collect(),
         triangles: joined(&corners, primitive.mode()),
         normals: normals.into_iter().map(|n| Vec3::from_array(n).try_normalize().unwrap_or_default().to_array()).collect(),
-        uvs: uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect(),
+        uvs: upwards(uvs),
+        second_uvs: upwards(second_uvs),
+        tangents,
         colours,
         flipped: false,
     })
+}
+
+/// Texture coordinates with v upwards.
+fn upwards(mut uvs: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
+    uvs.iter_mut().for_each(|[_, v]| *v = 1.0 - *v);
+    uvs
 }
 
 /// The triangles that a sequence of vertices stands for (glTF 2.0, section 3.7.2.1).

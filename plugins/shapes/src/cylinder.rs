@@ -72,7 +72,13 @@ impl Cylinder {
         let normal = self.place.normal(normal_at(p));
         let [low, high] = self.z;
         let uv = Vec2::new((azimuth(p) / self.phi_max) as f32, ((p.z - low) / (high - low)) as f32);
-        SurfaceGeometry { normal, shading_normal: normal, uv: uv.clamp(Vec2::ZERO, Vec2::ONE), colour: Vec4::ONE }
+        SurfaceGeometry {
+            normal,
+            shading_normal: normal,
+            uv: uv.clamp(Vec2::ZERO, Vec2::ONE),
+            second_uv: None,
+            colour: Vec4::ONE,
+        }
     }
 
     /// Area on the cylinder of radius 1.

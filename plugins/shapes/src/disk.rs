@@ -68,7 +68,7 @@ impl Disk {
         let normal = self.place.normal(DVec3::Z);
         let v = (1.0 - p.x.hypot(p.y)) / (1.0 - self.inner);
         let uv = Vec2::new((azimuth(p) / self.phi_max) as f32, v as f32).clamp(Vec2::ZERO, Vec2::ONE);
-        SurfaceGeometry { normal, shading_normal: normal, uv, colour: Vec4::ONE }
+        SurfaceGeometry { normal, shading_normal: normal, uv, second_uv: None, colour: Vec4::ONE }
     }
 }
 

@@ -12,6 +12,8 @@
 //! | `mesh` | integer | none | | only this mesh of the file, from 0, in its own coordinates, with the material of the scene |
 //! | `primitive` | integer | 0 | | the part of that mesh, from 0 |
 //! | `texcoord` | integer | 0 | | the set of texture coordinates that counts for it |
+//! | `texcoord2` | integer | none | | the set that its second texture coordinates are (`uvset` 1 of textures) |
+//! | `tangents` | integer | none | | for a normal map: tangents are read, or made by the first (0) or second (1) texture coordinates |
 //!
 //! ```bhs
 //! WorldBegin
@@ -23,7 +25,9 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::{Shape, WorldGeometry};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
-use bhs_models::{Model, beside, mesh};
+use bhs_models::mesh::{self, Attributes};
+use bhs_models::tangents::fill as fill_tangents;
+use bhs_models::{Model, beside};
 
 /// The entry in the list of shapes.
 pub const PLUGIN: Plugin<dyn Shape> =
@@ -37,12 +41,26 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
     let mesh = p.optional::<i64>("mesh", "", about);
     let part = p.get_in("primitive", 0, 0..=i64::from(u32::MAX), "", "the part of that mesh, from 0");
     let set = p.get_in("texcoord", 0, 0..=i64::from(u32::MAX), "", "the set of texture coordinates that counts for it");
+    let about = "the set that its second texture coordinates are (`uvset` 1 of textures)";
+    let second = p.optional::<i64>("texcoord2", "", about).and_then(|set| match u32::try_from(set) {
+        Ok(set) => Some(set),
+        Err(_) => {
+            p.reject("texcoord2", "`texcoord2` is out of range", "sets are counted from 0");
+            None
+        }
+    });
+    let about = "for a normal map: tangents are read, or made by the first (0) or second (1) texture coordinates";
+    let tangents = p.optional::<i64>("tangents", "", about);
+    if tangents.is_some_and(|set| !(0..=1).contains(&set)) {
+        p.reject("tangents", "`tangents` is out of range", "there are the first texture coordinates, 0, and the second, 1");
+    }
+    let with = Attributes { uv_set: set as u32, second_uv_set: second, tangents: tangents.is_some() };
     let name = name?;
     let at = p.span_of("filename");
     let fault = |why: String| p.report(Diagnostic::error("bad-file", format!("cannot read `{name}`: {why}")).at(at, ""));
     let model = p.context().share(&name, at, Model::parse).map_err(fault).ok()?;
     let read = |path: &str| p.context().share(&beside(&name, path), at, |bytes| Ok(bytes.to_vec()));
-    let triangles = |mesh: usize, part: usize| mesh::triangles(&model, mesh, part, set as u32, &read).map_err(fault).ok();
+    let triangles = |mesh: usize, part: usize| mesh::triangles(&model, mesh, part, with, &read).map_err(fault).ok();
     let Some(index) = mesh else {
         // Whoever makes this plugin without the program gets all meshes where they are in the file.
         let parts: Vec<(usize, usize)> =
@@ -60,6 +78,9 @@ fn build(p: &Params) -> Option<Box<dyn Shape>> {
     };
     let mut mesh = triangles(index, part as usize)?;
     fill_normals(&mut mesh);
+    if let Some(set) = tangents {
+        fill_tangents(&mut mesh, set == 1);
+    }
     if mesh.triangles.is_empty() {
         // As in a scene without it; the file may have others.
         let message = format!("mesh {index} of `{name}`, primitive {part}, has no triangle");

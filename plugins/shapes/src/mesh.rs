@@ -36,6 +36,13 @@ pub(crate) fn to_world(p: &Params, mut mesh: WorldMesh) -> Option<WorldGeometry>
     for n in &mut mesh.normals {
         *n = unit(n_matrix * Vec3::from_array(*n).as_dvec3());
     }
+    for [x, y, z, sign] in &mut mesh.tangents {
+        [*x, *y, *z] = unit(m * Vec3::new(*x, *y, *z).as_dvec3());
+        // Of a mirrored frame normal x tangent points the other way.
+        if mirrors != reverse {
+            *sign = -*sign;
+        }
+    }
     Some(WorldGeometry::Mesh(mesh))
 }
 

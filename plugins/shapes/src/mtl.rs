@@ -27,9 +27,9 @@ pub struct Material {
     pub colours: HashMap<&'static str, [f64; 3]>,
     /// Numbers by their statements: `Ns`, `Ni`, `d`, `Pr`, `Pm`, `Pc`, `Pcr`, `illum`. `Tr` is in `d`.
     pub numbers: HashMap<&'static str, f64>,
-    /// Pictures by their statements: `map_Kd`, `map_Ke`, `map_d`, `map_Pr`, `map_Pm`.
+    /// Pictures by their statements: `map_Kd`, `map_Ke`, `map_d`, `map_Pr`, `map_Pm`, `norm`, `map_Bump`, `disp`.
     pub maps: HashMap<&'static str, Map>,
-    /// Statements of pictures that are not read, such as `map_Bump`.
+    /// Statements of pictures that are not read, such as `refl`.
     pub unread: Vec<String>,
 }
 
@@ -48,15 +48,26 @@ pub struct Map {
     pub channel: Option<char>,
     /// What values are multiplied with.
     pub gain: f64,
+    /// What heights are multiplied with, and the slopes of normals.
+    pub bump: f64,
 }
 
 const COLOURS: [&str; 4] = ["Kd", "Ks", "Ke", "Tf"];
 const NUMBERS: [&str; 7] = ["Ns", "Ni", "Pr", "Pm", "Pc", "Pcr", "illum"];
-const MAPS: [&str; 5] = ["map_Kd", "map_Ke", "map_d", "map_Pr", "map_Pm"];
+const MAPS: [&str; 8] = ["map_Kd", "map_Ke", "map_d", "map_Pr", "map_Pm", "norm", "map_Bump", "disp"];
 /// Statements that change nothing here: the ambient light of other methods, sharpness of reflections, anti-aliasing of textures, sheen, anisotropy.
 const WITHOUT_EFFECT: [&str; 9] = ["Ka", "map_Ka", "sharpness", "map_aat", "Ps", "aniso", "anisor", "map_Ps", "Km"];
 /// Other names of some statements.
-const OTHER_NAMES: [(&str, &str); 4] = [("map_Tr", "map_d"), ("map_opacity", "map_d"), ("map_emissive", "map_Ke"), ("Pe", "Ke")];
+const OTHER_NAMES: [(&str, &str); 8] = [
+    ("map_Tr", "map_d"),
+    ("map_opacity", "map_d"),
+    ("map_emissive", "map_Ke"),
+    ("Pe", "Ke"),
+    ("bump", "map_Bump"),
+    ("map_norm", "norm"),
+    ("map_Kn", "norm"),
+    ("map_disp", "disp"),
+];
 /// Notes of one file.
 const MAX_NOTES: usize = 20;
 
@@ -123,7 +134,7 @@ impl Mtl {
             material.maps.insert(name, map(name, rest)?);
         } else if known(&WITHOUT_EFFECT).is_some() {
             return Ok(());
-        } else if ["bump", "disp", "norm", "decal", "refl"].iter().any(|name| is(name)) || word.starts_with("map_") {
+        } else if ["decal", "refl"].iter().any(|name| is(name)) || word.starts_with("map_") {
             material.unread.push(shown(word));
         } else {
             return Err(format!("`{}` is not known, and not read", shown(word)));
@@ -180,7 +191,8 @@ const OPTIONS: [(&str, usize, usize); 14] = [
 
 /// A picture with its options, which stand before its name; that takes the rest of the line, spaces and all.
 fn map(name: &str, line: &str) -> Result<Map, String> {
-    let mut map = Map { path: String::new(), scale: [1.0; 2], offset: [0.0; 2], clamp: false, channel: None, gain: 1.0 };
+    let (scale, offset) = ([1.0; 2], [0.0; 2]);
+    let mut map = Map { path: String::new(), scale, offset, clamp: false, channel: None, gain: 1.0, bump: 1.0 };
     let mut rest = line;
     let next = |rest: &mut &str| {
         let text = rest.trim_start();
@@ -212,6 +224,7 @@ fn map(name: &str, line: &str) -> Result<Map, String> {
         match option {
             "-s" => map.scale = pair([1.0; 2]),
             "-o" => map.offset = pair([0.0; 2]),
+            "-bm" => map.bump = numbers.first().copied().unwrap_or(1.0),
             "-mm" => map.gain = pair([0.0, 1.0])[1],
             "-clamp" => map.clamp = values.first().is_some_and(|v| v.eq_ignore_ascii_case("on")),
             "-imfchan" => map.channel = values.first().and_then(|v| v.chars().next()).map(|c| c.to_ascii_lowercase()),

@@ -128,7 +128,7 @@ impl Patch {
                 normal = -normal;
             }
         }
-        SurfaceGeometry { normal, shading_normal, uv: bilinear(self.uvs, u, v).as_vec2(), colour: Vec4::ONE }
+        SurfaceGeometry { normal, shading_normal, uv: bilinear(self.uvs, u, v).as_vec2(), second_uv: None, colour: Vec4::ONE }
     }
 
     fn density(&self, place: DVec2) -> f64 {

@@ -124,7 +124,7 @@ impl Sphere {
         let [v0, v1] = self.part.z.map(f64::acos);
         let v = (p.z.clamp(-1.0, 1.0).acos() - v0) / (v1 - v0);
         let uv = Vec2::new((azimuth(p) / self.part.phi_max) as f32, v as f32).clamp(Vec2::ZERO, Vec2::ONE);
-        SurfaceGeometry { normal, shading_normal: normal, uv, colour: Vec4::ONE }
+        SurfaceGeometry { normal, shading_normal: normal, uv, second_uv: None, colour: Vec4::ONE }
     }
 
     /// Density by area of the image of a uniform point of the unit sphere, at `p` of it.

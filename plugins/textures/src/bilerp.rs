@@ -10,6 +10,7 @@
 //! | `v00`, `v10` | spectrum, texture | 0 | | the values at (0, 0) and (1, 0); floats in a texture of floats |
 //! | `v01`, `v11` | spectrum, texture | 1 | | the values at (0, 1) and (1, 1) |
 //! | `mapping` | string | "uv" | | how a point is placed: `uv`, `spherical`, `cylindrical`, `planar` |
+//! | `uvset` | integer | 0 | | which texture coordinates of the mesh: 0 the first, 1 the second |
 //! | `uscale`, `vscale` | float | 1 | | factors of u and v |
 //! | `udelta`, `vdelta` | float | 0 | | what is added to them |
 //! | `v1`, `v2` | vector3 | x, y | | of `planar`: s and t are a point's products with them |

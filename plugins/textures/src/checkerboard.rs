@@ -10,6 +10,7 @@
 //! | `tex1`, `tex2` | spectrum, texture | 1, 0 | | the two values; floats in a texture of floats |
 //! | `dimension` | integer | 2 | | 2: squares; 3: cubes in space, and no mapping |
 //! | `mapping` | string | "uv" | | how a point is placed: `uv`, `spherical`, `cylindrical`, `planar` |
+//! | `uvset` | integer | 0 | | which texture coordinates of the mesh: 0 the first, 1 the second |
 //! | `uscale`, `vscale` | float | 1 | | factors of u and v |
 //! | `rotate` | float | 0 | deg | by which texture coordinates are turned around (0, 0), once they are scaled |
 //! | `udelta`, `vdelta` | float | 0 | | what is added to them |

@@ -8,6 +8,7 @@
 //! |---|---|---|---|---|
 //! | `inside`, `outside` | spectrum, texture | 1, 0 | | the values of dots and of what is around them; floats in a texture of floats |
 //! | `mapping` | string | "uv" | | how a point is placed: `uv`, `spherical`, `cylindrical`, `planar` |
+//! | `uvset` | integer | 0 | | which texture coordinates of the mesh: 0 the first, 1 the second |
 //! | `uscale`, `vscale` | float | 1 | | factors of u and v |
 //! | `udelta`, `vdelta` | float | 0 | | what is added to them |
 //! | `v1`, `v2` | vector3 | x, y | | of `planar`: s and t are a point's products with them |

@@ -12,13 +12,15 @@
 //! | `filename` | string | required | | a PNG, JPEG, HDR or EXR picture, or a glTF file that holds some |
 //! | `image` | integer | none | | of a glTF file: the number of the picture in it, from 0 |
 //! | `wrap` | string | "repeat" | | outside of the picture: it repeats, keeps its edge (`clamp`), repeats mirrored (`mirror`), is `black`, or goes on as on a sphere (`octahedralsphere`) |
+//! | `wrapv` | string | `wrap` | | the same along v alone: `repeat`, `clamp`, `mirror`, `black` |
 //! | `filter` | string | "bilinear" | | between texels, also by the names `trilinear` and `ewa`; or the nearest one: `point` |
 //! | `maxanisotropy` | float | 8 | | no effect: of the filter `ewa` |
-//! | `encoding` | string | "sRGB" | | of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent |
+//! | `encoding` | string | "sRGB" | | of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent; of a normal map `linear` by default |
 //! | `channel` | string | "mean" | | of a texture of floats: the mean of the colours, one of them (`red`, `green`, `blue`), or how opaque the picture is: `alpha` is the mean where it does not say, `opacity` 1 |
 //! | `scale` | float | 1 | | factor |
 //! | `invert` | bool | false | | whether it is one minus the picture |
 //! | `mapping` | string | "uv" | | how a point is placed: `uv`, `spherical`, `cylindrical`, `planar` |
+//! | `uvset` | integer | 0 | | which texture coordinates of the mesh: 0 the first, 1 the second |
 //! | `uscale`, `vscale` | float | 1 | | factors of u and v |
 //! | `rotate` | float | 0 | deg | by which texture coordinates are turned around (0, 0), once they are scaled |
 //! | `udelta`, `vdelta` | float | 0 | | what is added to them |
@@ -55,6 +57,32 @@ enum Wrap {
     Black,
     /// The square of an octahedral map of directions, whose edges are folded onto themselves.
     Sphere,
+}
+
+/// The words for it, in the order of [`Wrap`].
+const WRAPS: [&str; 5] = ["repeat", "clamp", "mirror", "black", "octahedralsphere"];
+
+impl Wrap {
+    fn of(word: &str) -> Self {
+        match word {
+            "clamp" => Self::Clamp,
+            "mirror" => Self::Mirror,
+            "black" => Self::Black,
+            "octahedralsphere" => Self::Sphere,
+            _ => Self::Repeat,
+        }
+    }
+
+    /// The place within a row or column of `n` texels for one that may lie outside; `None`: there is nothing.
+    #[inline]
+    fn within(self, x: i64, n: i64) -> Option<i64> {
+        match self {
+            Self::Repeat => Some(x.rem_euclid(n)),
+            Self::Clamp | Self::Sphere => Some(x.clamp(0, n - 1)),
+            Self::Mirror => Some(mirrored(x, n)),
+            Self::Black => (0..n).contains(&x).then_some(x),
+        }
+    }
 }
 
 /// How the numbers of 8 and 16 bits mean light.
@@ -96,7 +124,8 @@ struct ImageMap {
     /// The light of each value of a byte.
     byte: Box<[f32; 256]>,
     encoding: Encoding,
-    wrap: Wrap,
+    /// Along u, along v.
+    wrap: [Wrap; 2],
     bilinear: bool,
     channel: Channel,
     scale: f32,
@@ -111,7 +140,15 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     let filename = p.require::<String>("filename", "", "a PNG, JPEG, HDR or EXR picture, or a glTF file that holds some");
     let number = p.optional::<i64>("image", "", "of a glTF file: the number of the picture in it, from 0");
     let about = "outside: the picture repeats, keeps its edge, repeats mirrored, is black, or goes on as on a sphere";
-    let wrap = choice(p, "wrap", &["repeat", "clamp", "mirror", "black", "octahedralsphere"], about);
+    let wrap = choice(p, "wrap", &WRAPS, about);
+    let about = "outside of the picture along v, where that is not as `wrap` says: `repeat`, `clamp`, `mirror`, `black`";
+    let wrap_v = match p.optional::<String>("wrapv", "", about) {
+        Some(given) => known_word(p, "wrapv", &given, &WRAPS[..4]),
+        None => wrap,
+    };
+    if wrap != wrap_v && wrap == WRAPS[4] {
+        p.reject("wrapv", "a picture that goes on as on a sphere does so along u and v", "remove `wrapv`");
+    }
     let about = "between texels: a mean (also `trilinear`, `ewa`), or the nearest one";
     let filter = choice(p, "filter", &["bilinear", "point", "trilinear", "ewa", "EWA"], about);
     p.get_in("maxanisotropy", 8.0, 0.0..=f64::from(f32::MAX), "", "no effect: of the filter `ewa`");
@@ -142,7 +179,8 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     };
     let about = image.notes.iter().map(|note| (note, None));
     // Who says how the numbers mean light knows better than the file.
-    let encoding_note = image.encoding_note.iter().filter(|_| !p.is_given("encoding"));
+    let encoding_note =
+        image.encoding_note.iter().filter(|_| !p.is_given("encoding") && p.context().named.kind() != TextureKind::Triple);
     let help = "its numbers are read as sRGB; give `encoding`: \"linear\", \"gamma 2.2\", or \"sRGB\" if that is right";
     for (note, help) in about.chain(encoding_note.map(|note| (note, Some(help)))) {
         let warning = Diagnostic::warning("picture-note", format!("`{}`: {note}", path.value)).at(path.span, "");
@@ -150,19 +188,13 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     }
     let role = match p.context().named.kind() {
         TextureKind::Spectrum(role) => role,
-        TextureKind::Float => SpectrumRole::Unbounded,
+        TextureKind::Float | TextureKind::Triple => SpectrumRole::Unbounded,
     };
     Some(Box::new(ImageMap {
         image,
         byte: Box::new(std::array::from_fn(|i| encoding.decode(i as f32 / 255.0))),
         encoding,
-        wrap: match wrap {
-            "clamp" => Wrap::Clamp,
-            "mirror" => Wrap::Mirror,
-            "black" => Wrap::Black,
-            "octahedralsphere" => Wrap::Sphere,
-            _ => Wrap::Repeat,
-        },
+        wrap: [wrap, wrap_v].map(Wrap::of),
         bilinear: filter != "point",
         channel,
         scale,
@@ -184,10 +216,15 @@ fn within_model(p: &Params, path: &Spanned<String>, number: i64) -> Result<Arc<I
 /// One of several words, the first by default.
 fn choice(p: &Params, name: &'static str, words: &'static [&'static str], about: &'static str) -> &'static str {
     let given = p.get(name, words[0].to_owned(), "", about);
+    known_word(p, name, &given, words)
+}
+
+/// The one of `words` that is given; the first, after a report, if none is.
+fn known_word(p: &Params, name: &'static str, given: &str, words: &'static [&'static str]) -> &'static str {
     if let Some(word) = words.iter().find(|w| **w == given) {
         return word;
     }
-    let help = match did_you_mean(&given, words.iter().copied()) {
+    let help = match did_you_mean(given, words.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("there is {}", words.join(", ")),
     };
@@ -197,7 +234,9 @@ fn choice(p: &Params, name: &'static str, words: &'static [&'static str], about:
 }
 
 fn encoding(p: &Params) -> Encoding {
-    let given = p.get("encoding", "sRGB".to_owned(), "", "of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent");
+    // The numbers of a normal map are no light.
+    let usual = if p.context().named.kind() == TextureKind::Triple { "linear" } else { "sRGB" };
+    let given = p.get("encoding", usual.to_owned(), "", "of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent");
     let mut words = given.split_whitespace();
     let gamma = |word: Option<&str>| word.and_then(|w| w.parse().ok()).filter(|g: &f32| *g > 0.0 && g.is_finite());
     match (words.next(), words.next()) {
@@ -248,12 +287,9 @@ impl ImageMap {
     fn index(&self, x: i64, y: i64) -> Option<usize> {
         let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
         let (x, y) = match self.wrap {
-            Wrap::Repeat => (x.rem_euclid(w), y.rem_euclid(h)),
-            Wrap::Clamp => (x.clamp(0, w - 1), y.clamp(0, h - 1)),
-            Wrap::Mirror => (mirrored(x, w), mirrored(y, h)),
-            Wrap::Black if x < 0 || x >= w || y < 0 || y >= h => return None,
-            Wrap::Black => (x, y),
-            Wrap::Sphere => on_sphere([x, y], [w, h]),
+            [Wrap::Repeat, Wrap::Repeat] => (x.rem_euclid(w), y.rem_euclid(h)),
+            [Wrap::Sphere, _] => on_sphere([x, y], [w, h]),
+            [u, v] => (u.within(x, w)?, v.within(y, h)?),
         };
         Some((y * w + x) as usize)
     }
@@ -319,5 +355,9 @@ impl Texture for ImageMap {
             (Channel::Colour(i), _) => self.rgb(at)[i],
             _ => self.rgb(at).element_sum() / 3.0,
         }
+    }
+
+    fn triple(&self, at: &Shading) -> Option<Vec3> {
+        Some(self.rgb(at))
     }
 }

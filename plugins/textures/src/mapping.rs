@@ -13,6 +13,8 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 pub enum Mapping {
     /// `(s, t) = (uscale u + udelta, vscale v + vdelta)`, turned by `rotate` in between.
     Uv {
+        /// Whether the texture coordinates are those of the second set.
+        second: bool,
         /// Factors.
         scale: Vec2,
         /// Sine and cosine of an angle.
@@ -79,7 +81,7 @@ impl Mapping {
     pub fn read(p: &Params) -> Self {
         match read(p, &PLANE, "how a point is placed: by texture coordinates (`uv`), `spherical`, `cylindrical`, `planar`") {
             Named::Plane(mapping) => mapping,
-            Named::Space(_) => Self::Uv { scale: Vec2::ONE, turn: Vec2::Y, delta: Vec2::ZERO },
+            Named::Space(_) => Self::Uv { second: false, scale: Vec2::ONE, turn: Vec2::Y, delta: Vec2::ZERO },
         }
     }
 
@@ -94,8 +96,8 @@ impl Mapping {
     #[inline]
     pub fn place(&self, at: &Shading) -> Vec2 {
         match self {
-            Self::Uv { scale, turn: Vec2 { x: sin, y: cos }, delta } => {
-                let p = at.uv * *scale;
+            Self::Uv { second, scale, turn: Vec2 { x: sin, y: cos }, delta } => {
+                let p = if *second { at.second_uv } else { at.uv } * *scale;
                 Vec2::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y) + *delta
             }
             in_space => in_space.place_in_space(at).as_vec2(),
@@ -145,6 +147,12 @@ pub fn read(p: &Params, names: &[&'static str], about: &'static str) -> Named {
         value
     };
     let (both, uv) = (["uv", "planar"], ["uv"]);
+    let about = "which texture coordinates of the mesh: 0 the first, 1 the second, which glTF files may bring";
+    let set = p.get_in("uvset", 0, 0..=1, "", about);
+    only_of(p, "uvset", name, &uv);
+    if set == 1 && p.context().named.kind() == TextureKind::Spectrum(SpectrumRole::Emission) {
+        p.reject("uvset", "emission is placed by the first texture coordinates", "0 is their number");
+    }
     let scale = [number("uscale", 1.0, &uv, "factor of u"), number("vscale", 1.0, &uv, "factor of v")];
     let delta = [number("udelta", 0.0, &both, "added to u, or to s"), number("vdelta", 0.0, &both, "added to v, or to t")];
     let about = "by which texture coordinates are turned around (0, 0), once they are scaled";
@@ -166,6 +174,7 @@ pub fn read(p: &Params, names: &[&'static str], about: &'static str) -> Named {
         "planar" => Mapping::Planar { space: Space::read(p), axes, delta: DVec2::from_array(delta) },
         "space" => return Named::Space(Space::read(p)),
         _ => Mapping::Uv {
+            second: set == 1,
             scale: DVec2::from_array(scale).as_vec2(),
             // Exactly nothing where nothing is turned.
             turn: if angle == 0.0 { Vec2::Y } else { Vec2::new(sin as f32, cos as f32) },

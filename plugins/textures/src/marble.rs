@@ -57,7 +57,7 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     let variation = p.get_in("variation", 0.2, -1e6..=1e6, "", "how far noise moves the layers");
     let role = match p.context().named.kind() {
         TextureKind::Spectrum(role) => role,
-        TextureKind::Float => SpectrumRole::Unbounded,
+        TextureKind::Float | TextureKind::Triple => SpectrumRole::Unbounded,
     };
     let space = Space::read(p);
     Some(Box::new(Marble { space, octaves, scale, variation, role, spectra: SmoothSpectra::get() }))

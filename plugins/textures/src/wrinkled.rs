@@ -10,6 +10,7 @@
 //! | `roughness` | float | 0.5 | | strength of each over that of the one before |
 //! | `offset` | float | 0 | | added to the sum |
 //! | `mapping` | string | "uv" | | how a point is placed: `uv`, `spherical`, `cylindrical`, `planar`; or noise of points of `space` |
+//! | `uvset` | integer | 0 | | which texture coordinates of the mesh: 0 the first, 1 the second |
 //! | `uscale`, `vscale` | float | 1 | | factors of u and v |
 //! | `rotate` | float | 0 | deg | by which texture coordinates are turned around (0, 0), once they are scaled |
 //! | `udelta`, `vdelta` | float | 0 | | what is added to them |

@@ -5,9 +5,13 @@ use super::picture::{Colour, let_through, set_number, texture};
 use crate::lang::ast::Directive;
 use crate::lang::params::{named, set, set_floats, set_rgb, set_strings};
 use crate::lang::source::SourceMap;
+use bhs_core::image::{Image, Texels};
+use bhs_core::params::{Decoded, Files};
 use bhs_core::value::{ParamType, Values};
 use bhs_shapes::mtl::{Map, Material};
+use std::any::TypeId;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Makes directives of materials.
 pub(super) struct MtlTranslator<'t> {
@@ -24,6 +28,24 @@ const GLASS: [f64; 4] = [4.0, 6.0, 7.0, 9.0];
 /// Refractive index of glass whose `Ni` says nothing.
 const USUAL_INDEX: f64 = 1.5;
 
+/// The mean of a picture's numbers, from 0 to 1, over some of its texels.
+fn mean(image: &Image) -> [f64; 3] {
+    const ABOUT: usize = 10_000;
+    let count = image.width as usize * image.height as usize;
+    let texel = |i: usize| match &image.texels {
+        Texels::Bytes(t) => t[i].map(|c| f64::from(c) / f64::from(u8::MAX)),
+        Texels::Words(t) => t[i].map(|c| f64::from(c) / f64::from(u16::MAX)),
+        Texels::Floats(t) => t[i].map(f64::from),
+    };
+    // An odd step meets all columns of a picture whose width is even.
+    let (mut sum, mut n) = ([0.0; 3], 0.0);
+    for i in (0..count).step_by(count / ABOUT | 1) {
+        sum.iter_mut().zip(texel(i)).for_each(|(sum, x)| *sum += x);
+        n += 1.0;
+    }
+    sum.map(|x| x / n)
+}
+
 impl MtlTranslator<'_> {
     /// The directives that make a material the current one, with the light that it emits.
     pub fn material(&mut self, m: &Material) -> Vec<Directive> {
@@ -32,9 +54,52 @@ impl MtlTranslator<'_> {
         self.unread.extend(m.unread.iter().cloned());
         self.emission(m, &prefix, &mut out);
         let whole = self.surface(m, &prefix, &mut out);
+        let whole = self.bumped(whole, m, &prefix, &mut out);
         let alpha = if self.is_glass(m) { (1.0, None) } else { self.alpha(m, &prefix, &mut out) };
         let_through(whole, (alpha.0, alpha.1.as_deref()), &prefix, &mut out);
         out
+    }
+
+    /// A material with the relief that the file gives it: normals, else heights in scene units.
+    fn bumped(&mut self, mut whole: Directive, m: &Material, prefix: &str, out: &mut Vec<Directive>) -> Directive {
+        const LARGEST: f64 = 1e6;
+        let at = self.file.at;
+        let given = ["norm", "map_Bump", "disp"].into_iter().find_map(|name| Some((name, m.maps.get(name)?)));
+        let Some((statement, map)) = given else { return whole };
+        let is_colour = statement == "norm" || (statement == "map_Bump" && self.holds_normals(map));
+        let bump = map.bump.clamp(-LARGEST, LARGEST);
+        if is_colour {
+            if let Some((name, mut d)) = self.imagemap(map, false, statement, prefix) {
+                set_strings(&mut d, ParamType::String, "encoding", &["linear"]);
+                out.push(d);
+                set_strings(&mut whole, ParamType::Texture, "normalmap", &[&name]);
+                if bump != 1.0 {
+                    set_floats(&mut whole, "normalmapscale", &[bump]);
+                }
+            }
+            return whole;
+        }
+        let Some(mut height) = self.float_picture(map, statement, prefix, out) else { return whole };
+        if bump != 1.0 {
+            let name = format!("{prefix} height");
+            let mut scaled = texture(&name, true, "product", at);
+            set_strings(&mut scaled, ParamType::Texture, "tex1", &[&height]);
+            set_floats(&mut scaled, "tex2", &[bump]);
+            out.push(scaled);
+            height = name;
+        }
+        set_strings(&mut whole, ParamType::Texture, "displacement", &[&height]);
+        whole
+    }
+
+    /// Whether a picture is bluish as those of normals are: Blender writes `map_Bump` for these too.
+    fn holds_normals(&self, map: &Map) -> bool {
+        let Some(path) = self.file.find(&map.path, self.sources) else { return false };
+        let decode = |bytes: &[u8]| bhs_textures::decode::decode(bytes).map(|image| Arc::new(image) as Decoded);
+        let image = self.sources.decode(&path, self.file.at, TypeId::of::<Image>(), &decode);
+        let Some(image) = image.ok().and_then(|image| image.downcast::<Image>().ok()) else { return false };
+        let mean = mean(&image);
+        mean[2] > 0.7 && (mean[0] - 0.5).abs() < 0.2 && (mean[1] - 0.5).abs() < 0.2
     }
 
     fn emission(&mut self, m: &Material, prefix: &str, out: &mut Vec<Directive>) {

@@ -17,6 +17,11 @@ pub struct TriangleMesh {
     pub uvs: Vec<[f32; 2]>,
     /// Colours of the vertices and how opaque they are (linear sRGB), or empty.
     pub colours: Vec<[f32; 4]>,
+    /// A second set of texture coordinates, or empty.
+    pub second_uvs: Vec<[f32; 2]>,
+    /// Directions in which tangents lie that were made with a normal map (across the shading normals up to a slant), and 1 or -1: the sign of
+    /// normal x tangent along which the map's green lies. Or empty: they are those of `uvs`.
+    pub tangents: Vec<[f32; 4]>,
     /// Whether the second and the third corner of every triangle have changed places since its author wrote it: what texture coordinates
     /// it has without `uvs` depends on their order.
     pub flipped: bool,
@@ -75,7 +80,9 @@ impl TriangleMesh {
             true => Vec4::ONE,
             false => (0..3).map(|i| Vec4::from_array(self.colours[v[i] as usize]) * weights[i] as f32).sum(),
         };
-        SurfaceGeometry { normal, shading_normal, uv, colour }
+        let second_uv = (!self.second_uvs.is_empty())
+            .then(|| (0..3).map(|i| Vec2::from_array(self.second_uvs[v[i] as usize]) * weights[i] as f32).sum());
+        SurfaceGeometry { normal, shading_normal, uv, second_uv, colour }
     }
 }
 
@@ -92,6 +99,10 @@ pub struct WorldMesh {
     pub uvs: Vec<[f32; 2]>,
     /// See [`TriangleMesh::colours`].
     pub colours: Vec<[f32; 4]>,
+    /// See [`TriangleMesh::second_uvs`].
+    pub second_uvs: Vec<[f32; 2]>,
+    /// See [`TriangleMesh::tangents`].
+    pub tangents: Vec<[f32; 4]>,
     /// See [`TriangleMesh::flipped`].
     pub flipped: bool,
 }
@@ -109,8 +120,8 @@ impl WorldMesh {
             n.is_finite() && n.length_squared() > 0.0
         });
         let dropped = before - self.triangles.len();
-        let Self { triangles, normals, uvs, colours, flipped, .. } = self;
-        let mesh = TriangleMesh { positions, triangles, normals, uvs, colours, flipped };
+        let Self { triangles, normals, uvs, colours, second_uvs, tangents, flipped, .. } = self;
+        let mesh = TriangleMesh { positions, triangles, normals, uvs, colours, second_uvs, tangents, flipped };
         (mesh, dropped)
     }
 

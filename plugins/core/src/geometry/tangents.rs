@@ -1,7 +1,7 @@
 //! How points and normals of a surface move with its texture coordinates.
 
 use super::TriangleMesh;
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, DVec4};
 
 /// Derivatives by the texture coordinates (u, v) around a point of a surface; chart measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +64,26 @@ impl TriangleMesh {
 
     /// The tangents at barycentric coordinates `b` (weights of the second and third corner).
     pub fn tangents(&self, triangle: u32, b: DVec2) -> SurfaceTangents {
+        let by_uv = self.tangents_by_uv(triangle, b);
+        self.own_tangents(triangle, b, &by_uv).unwrap_or(by_uv)
+    }
+
+    /// `by_uv` turned to the tangents that the vertices have; `None`: they have none, or they say nothing here.
+    fn own_tangents(&self, triangle: u32, b: DVec2, by_uv: &SurfaceTangents) -> Option<SurfaceTangents> {
+        if self.tangents.is_empty() {
+            return None;
+        }
+        let weights = [1.0 - b.x - b.y, b.x, b.y];
+        let v = self.triangles[triangle as usize];
+        let sum: DVec4 = (0..3).map(|i| DVec4::from_array(self.tangents[v[i] as usize].map(f64::from)) * weights[i]).sum();
+        let normal = self.surface(triangle, b).shading_normal;
+        let along = sum.truncate();
+        let along = (along - normal * normal.dot(along)).try_normalize()?;
+        let across = normal.cross(along) * sum.w.signum();
+        Some(SurfaceTangents { dpdu: along * by_uv.dpdu.length(), dpdv: across * by_uv.dpdv.length(), ..*by_uv })
+    }
+
+    fn tangents_by_uv(&self, triangle: u32, b: DVec2) -> SurfaceTangents {
         let [p0, p1, p2] = self.corners(triangle);
         let [uv0, uv1, uv2] = [0, 1, 2].map(|i| self.corner_uv(triangle, i));
         let (duv1, duv2) = (uv1 - uv0, uv2 - uv0);
@@ -99,8 +119,7 @@ mod tests {
             triangles: vec![[0, 1, 2]],
             normals: vec![[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.6, 0.8]],
             uvs: vec![[0.1, 0.2], [0.9, 0.1], [0.3, 0.8]],
-            flipped: false,
-            colours: Vec::new(),
+            ..TriangleMesh::default()
         }
     }
 

@@ -2,9 +2,11 @@
 
 use super::{Constant, FromParam, ParamInfo, Params};
 use crate::diagnostics::Diagnostic;
-use crate::spectrum::{Spectrum, SpectrumRole};
-use crate::texture::{FloatParameter, SpectrumParameter, Texture, TextureInput, TextureKind};
+use crate::material::Shading;
+use crate::spectrum::{N_LAMBDA, Spectrum, SpectrumRole};
+use crate::texture::{FloatParameter, SpectrumParameter, Texture, TextureInput, TextureKind, TripleParameter};
 use crate::value::{Param, ParamType, Values};
+use glam::Vec2;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -127,6 +129,23 @@ impl Params<'_> {
         Some(FloatParameter::Constant(value as f32))
     }
 
+    /// What `name` says of a picture of three numbers: the name of a texture, or the file of a picture, which is left to the caller.
+    pub fn triple_parameter(&self, name: &'static str, about: &'static str) -> Option<TripleParameter> {
+        const TEXT_OR_TEXTURE: &str = "string, texture";
+        let Some(texture) = self.texture(name, TextureKind::Triple) else {
+            let file = self.optional::<String>(name, "", about);
+            self.relabel(TEXT_OR_TEXTURE);
+            return file.map(TripleParameter::File);
+        };
+        self.ask(ParamInfo { name, ty: TEXT_OR_TEXTURE, default: "none".into(), unit: "", about });
+        let texture = texture?;
+        if texture.triple(&Shading::at_uv(Vec2::ZERO, [550.0; N_LAMBDA])).is_none() {
+            self.reject(name, format!("`{name}` needs a picture"), "this texture is none: it has the plugin \"imagemap\"");
+            return None;
+        }
+        Some(TripleParameter::Texture(texture))
+    }
+
     /// The part `name` of a texture, of the kind that is being made.
     pub fn texture_input(&self, name: &'static str, default: f32, about: &'static str) -> TextureInput {
         self.texture_input_as(self.context().named.kind(), name, default, about)
@@ -144,7 +163,7 @@ impl Params<'_> {
     fn texture_input_as(&self, kind: TextureKind, name: &'static str, default: f32, about: &'static str) -> TextureInput {
         let ty = match kind {
             TextureKind::Spectrum(_) => SPECTRUM_OR_TEXTURE,
-            TextureKind::Float => "float, texture",
+            TextureKind::Float | TextureKind::Triple => "float, texture",
         };
         if let Some(texture) = self.texture(name, kind) {
             self.ask(ParamInfo { name, ty, default: default.to_string(), unit: "", about });
@@ -155,7 +174,7 @@ impl Params<'_> {
                 let given = self.optional_spectrum(name, default.to_string(), role, "", about);
                 given.map_or(TextureInput::Number(default), TextureInput::Spectrum)
             }
-            TextureKind::Float => {
+            TextureKind::Float | TextureKind::Triple => {
                 let largest = f64::from(f32::MAX);
                 TextureInput::Number(self.get_in(name, f64::from(default), -largest..=largest, "", about) as f32)
             }

@@ -168,7 +168,7 @@ impl Analytic for Ball {
 
     fn surface(&self, point: DVec3) -> SurfaceGeometry {
         let normal = (point - self.center).normalize_or(DVec3::Z);
-        SurfaceGeometry { normal, shading_normal: normal, uv: Vec2::ZERO, colour: glam::Vec4::ONE }
+        SurfaceGeometry { normal, shading_normal: normal, uv: Vec2::ZERO, second_uv: None, colour: glam::Vec4::ONE }
     }
 
     fn area(&self) -> f64 {

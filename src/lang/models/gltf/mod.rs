@@ -154,8 +154,11 @@ impl Resolver<'_> {
             let values = Values::Numbers { values: vec![value as f64], whole: true };
             Param { ty: Spanned::new(ParamType::Integer, at), name: Spanned::new(name.to_owned(), at), values, span: at }
         };
-        let own = [number("mesh", mesh), number("primitive", part.primitive), number("texcoord", part.made.uv_set as usize)];
-        let params = call.params.iter().cloned().chain(own).collect();
+        let [first, second] = part.made.uv_sets;
+        let own = [number("mesh", mesh), number("primitive", part.primitive), number("texcoord", first.unwrap_or(0) as usize)];
+        let second = second.map(|set| number("texcoord2", set as usize));
+        let tangents = part.made.normal_map.map(|set| number("tangents", set));
+        let params = call.params.iter().cloned().chain(own).chain(second).chain(tangents).collect();
         self.one_shape(call.with_params(params));
     }
 

@@ -22,8 +22,10 @@ pub(super) struct Made {
     pub material: Option<String>,
     /// The directives of the light that it emits.
     pub light: Vec<Directive>,
-    /// The set of texture coordinates that its pictures lie by.
-    pub uv_set: u32,
+    /// The sets of texture coordinates that its pictures lie by.
+    pub uv_sets: [Option<u32>; 2],
+    /// Which of these its normal map lies by.
+    pub normal_map: Option<usize>,
 }
 
 /// Whether vertices have colours, and whether these say how opaque they are.
@@ -39,6 +41,8 @@ pub(super) struct Surfaces<'s> {
     made: BTreeMap<(Option<usize>, Painted), Made>,
     /// Names of textures by what they are.
     textures: BTreeMap<String, String>,
+    /// The sets of texture coordinates of the material that is being made.
+    sets: [Option<u32>; 2],
     /// What is left out, with the materials that have it.
     left_out: BTreeMap<&'static str, BTreeSet<String>>,
     lost: BTreeSet<String>,
@@ -52,6 +56,8 @@ enum Channel {
     Colour,
     /// A number of linear values, by the word of `imagemap`.
     Number(&'static str),
+    /// A normal.
+    Normal,
 }
 
 fn share(x: f32) -> f64 {
@@ -70,7 +76,7 @@ impl<'s> Surfaces<'s> {
     pub fn new(file: &'s ModelFile<'s>, model: &'s Model, sources: &'s SourceMap, with_materials: bool) -> Self {
         let (out, made, textures) = (Vec::new(), BTreeMap::new(), BTreeMap::new());
         let (left_out, lost, faults) = (BTreeMap::new(), BTreeSet::new(), BTreeSet::new());
-        Self { file, model, sources, with_materials, out, made, textures, left_out, lost, faults }
+        Self { file, model, sources, with_materials, out, made, textures, sets: [None; 2], left_out, lost, faults }
     }
 
     /// What a part of a mesh is made of.
@@ -126,6 +132,7 @@ impl<'s> Surfaces<'s> {
             (true, true) => ", painted with opacity",
         };
         let prefix = format!("{}: material {name}{kind}", self.file.prefix);
+        self.sets = s.uv_sets();
         let alpha = self.alpha(s, painted, &prefix);
         let base = self.base(s, painted);
         let light = self.light(s, (&base, painted.0), &alpha, &prefix, &name);
@@ -143,7 +150,7 @@ impl<'s> Surfaces<'s> {
             directives.push(last);
         }
         self.out.extend(directives);
-        Made { material: Some(material), light, uv_set: s.uv_set() }
+        Made { material: Some(material), light, uv_sets: self.sets, normal_map: self.set_of(s.normal.picture.as_ref()) }
     }
 
     fn base(&mut self, s: &Surface, painted: Painted) -> Colour {
@@ -266,6 +273,13 @@ impl<'s> Surfaces<'s> {
         if !s.double_sided && !is_clear {
             boolean(&mut d, "twosided", false);
         }
+        if let Some(map) = s.normal.picture.as_ref().and_then(|p| self.picture(p, Channel::Normal, 1.0)) {
+            set_strings(&mut d, ParamType::Texture, "normalmap", &[&map]);
+            let scale = bounded(f64::from(s.normal.factor)).clamp(-1e6, 1e6);
+            if scale != 1.0 {
+                set_floats(&mut d, "normalmapscale", &[scale]);
+            }
+        }
         d
     }
 
@@ -284,9 +298,15 @@ impl<'s> Surfaces<'s> {
         name
     }
 
+    /// Which set of texture coordinates of its material a picture lies by, from 0.
+    fn set_of(&self, picture: Option<&Picture>) -> Option<usize> {
+        picture.map(|p| usize::from(self.sets[0] != Some(p.set) && self.sets[1] == Some(p.set)))
+    }
+
     /// The texture of a picture, if it is there.
     fn picture(&mut self, picture: &Picture, channel: Channel, factor: f64) -> Option<String> {
-        let key = format!("{picture:?} {channel:?} {factor}");
+        let second = self.set_of(Some(picture)) == Some(1);
+        let key = format!("{picture:?} {channel:?} {factor} {second}");
         if let Some(known) = self.textures.get(&key) {
             return Some(known.clone());
         }
@@ -307,17 +327,25 @@ impl<'s> Surfaces<'s> {
         if let Some(number) = number {
             set(&mut d, ParamType::Integer, "image", Values::Numbers { values: vec![number as f64], whole: true });
         }
+        let encoding = if matches!(channel, Channel::Colour) { "sRGB" } else { "linear" };
+        set_strings(&mut d, ParamType::String, "encoding", &[encoding]);
         if let Channel::Number(channel) = channel {
             set_strings(&mut d, ParamType::String, "channel", &[channel]);
-            set_strings(&mut d, ParamType::String, "encoding", &["linear"]);
             set_floats(&mut d, "scale", &[factor]);
-        } else {
-            set_strings(&mut d, ParamType::String, "encoding", &["sRGB"]);
         }
-        match picture.wrap[0] {
-            WrappingMode::Repeat => {}
-            WrappingMode::ClampToEdge => set_strings(&mut d, ParamType::String, "wrap", &["clamp"]),
-            WrappingMode::MirroredRepeat => set_strings(&mut d, ParamType::String, "wrap", &["mirror"]),
+        let [u, v] = picture.wrap.map(|wrap| match wrap {
+            WrappingMode::Repeat => "repeat",
+            WrappingMode::ClampToEdge => "clamp",
+            WrappingMode::MirroredRepeat => "mirror",
+        });
+        if u != "repeat" {
+            set_strings(&mut d, ParamType::String, "wrap", &[u]);
+        }
+        if v != u {
+            set_strings(&mut d, ParamType::String, "wrapv", &[v]);
+        }
+        if second {
+            set(&mut d, ParamType::Integer, "uvset", Values::Numbers { values: vec![1.0], whole: true });
         }
         if picture.nearest {
             set_strings(&mut d, ParamType::String, "filter", &["point"]);
