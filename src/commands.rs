@@ -1,10 +1,12 @@
 //! What the program's commands do.
 
-use crate::cli::{Cli, Definitions, PictureArgs, SceneArgs};
+use crate::cli::{Cli, Command, Definitions, PictureArgs, SceneArgs};
 use crate::files::{self, Root};
 use crate::lang::{self, BuiltScene, Labels, Overrides, SourceMap, Variables};
+use crate::loading::Told;
 use crate::memory::picture::TooLarge;
 use crate::output::{OutputFile, Plan};
+use crate::progress::ProgressForm;
 use crate::registry::Registry;
 use crate::signals::StopSignal;
 use crate::{diagnosis, message, plugins_table, report, say};
@@ -101,6 +103,8 @@ pub struct Common {
     pub pbrt: bool,
     /// Files that are read at the end of a scene.
     pub include: Vec<PathBuf>,
+    /// Whether it is told how far the loading of a scene has come.
+    pub tells_loading: bool,
 }
 
 impl Common {
@@ -110,7 +114,12 @@ impl Common {
     /// If there is no such folder as the root.
     pub fn of(cli: &Cli) -> Result<Self> {
         let root = cli.root.as_deref().map(Root::new).transpose()?;
-        Ok(Self { color: cli.color.on_standard_error(), root, pbrt: cli.pbrt, include: cli.include.clone() })
+        let tells_loading = match &cli.command {
+            Command::Render(args) => ProgressForm::choose(args.show.progress, args.quiet) != ProgressForm::None,
+            _ => false,
+        };
+        let (color, include) = (cli.color.on_standard_error(), cli.include.clone());
+        Ok(Self { color, root, pbrt: cli.pbrt, include, tells_loading })
     }
 
     /// No texts yet.
@@ -136,7 +145,10 @@ fn load(scene: &Path, overrides: &Overrides, common: &Common) -> Option<(BuiltSc
 /// The same, with what its shapes and lights are called.
 fn load_labelled(scene: &Path, overrides: &Overrides, common: &Common) -> Option<(BuiltScene, Labels, SourceMap)> {
     let mut sources = common.sources();
-    match lang::load_labelled(scene, &Registry::builtin(), overrides, &mut sources) {
+    let told = common.tells_loading.then(|| Told::of(sources.loading()));
+    let loaded = lang::load_labelled(scene, &Registry::builtin(), overrides, &mut sources);
+    drop(told);
+    match loaded {
         Ok((built, labels)) => {
             show(&built.warnings, &sources, common.color);
             Some((built, labels, sources))

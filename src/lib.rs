@@ -31,6 +31,7 @@ pub mod image;
 pub mod job;
 pub mod lang;
 pub mod layers;
+pub mod loading;
 pub mod look;
 pub mod memory;
 pub mod message;

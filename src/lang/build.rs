@@ -5,27 +5,24 @@ use crate::lang::create::{create, create_with};
 use crate::lang::defaults;
 use crate::lang::description::{Entity, SceneDescription};
 use crate::lang::errors::ErrorCount;
-use crate::lang::instances;
 use crate::lang::names::{Names, Pictures};
 use crate::lang::options::build_options;
 use crate::lang::overrides::{Overrides, Settings, set_integer};
 use crate::lang::parse::MAX_ERRORS;
-use crate::lang::parts::{ObjectPart, Part, PartAreaLight, PartCamera, PartLight, Parts, View};
+use crate::lang::parts::{PartAreaLight, PartCamera, PartLight, Parts, View};
 use crate::lang::pictured::Pictured;
+use crate::lang::shapes::build_shapes;
 use crate::lang::source::SourceMap;
 use crate::lang::spacetime::build_spacetime;
 use crate::lang::statements::{CameraStatement, Statements};
-use crate::lang::strands::Strands;
 use crate::look::Look;
 use crate::memory::picture::{self, TooLarge};
 use crate::registry::{Registry, bare_context};
 use bhs_core::camera::{Camera, Film, Filter, Viewpoint};
 use bhs_core::diagnostics::{Diagnostic, Severity, Span, Spanned};
-use bhs_core::geometry::Shape;
 use bhs_core::intersector::IntersectorBuilder;
 use bhs_core::light::{AreaLight, Light};
 use bhs_core::material::Material;
-use bhs_core::motion::Motion;
 use bhs_core::params::{Context, Params};
 use bhs_core::sampling::Sampler;
 use bhs_engine::integrator::IntegratorBuilder;
@@ -177,7 +174,7 @@ pub fn build(
     let materials = names.make_all(context, &mut found);
     let mut pictured = Pictured::new(&description);
     description.materials = Vec::new();
-    let (shapes, motions, objects) = build_shapes(&mut description, registry, context, (&mut pictured, &mut found));
+    let (shapes, motions, objects) = build_shapes(&mut description, (registry, sources), context, (&mut pictured, &mut found));
     pictured.report(&mut found);
     let parts = Parts {
         integrator: build_integrator(&settings.integrator, registry, context, &mut found),
@@ -333,53 +330,6 @@ pub(super) fn build_integrator(
         return None;
     }
     Some((name.to_owned(), registry.create::<dyn IntegratorBuilder>(entity, context, found)?))
-}
-
-/// What stands in the scene, and the objects with their instances.
-fn build_shapes(
-    description: &mut SceneDescription,
-    registry: &Registry,
-    context: Context,
-    (pictured, found): (&mut Pictured, &mut Vec<Diagnostic>),
-) -> (Vec<Part>, Vec<Box<dyn Motion>>, Vec<ObjectPart>) {
-    let shapes = std::mem::take(&mut description.shapes);
-    let mut objects = instances::places(description.objects.len(), &description.instances);
-    let (mut parts, mut motions) = (Vec::with_capacity(shapes.len()), Vec::new());
-    // Each shape's parameters, which may be a large mesh, are let go before the next one is made.
-    let (mut errors, mut strands) = (ErrorCount::default(), Strands::default());
-    for (index, shape) in (0u32..).zip(shapes) {
-        if errors.count(found) >= MAX_ERRORS {
-            // What follows is not made, and not looked at: the scene is not rendered.
-            break;
-        }
-        let context = Context { reverse_orientation: shape.reverse_orientation, ..context };
-        let make = |entity: &Entity, found: &mut Vec<Diagnostic>| create::<dyn Shape>(entity, registry, context, found);
-        let read = |p: &Params| registry.motion(p);
-        let (made, motion) = create_with::<dyn Shape, _>(&shape.entity, registry, context, found, read);
-        let Some(made) = made else { continue };
-        let surfaces = made.into_geometry();
-        pictured.look_at(&shape, &surfaces);
-        if let Some(object) = shape.object.and_then(|o| objects.get_mut(o)) {
-            if motion.is_some() {
-                found.push(
-                    Diagnostic::error("moving-instance", "shapes of objects do not move")
-                        .at(shape.entity.name.span, "it states a `motion`")
-                        .help("put the shape into the scene by itself"),
-                );
-            }
-            parts.extend(instances::add_shape(object, &shape, index, surfaces, make, found));
-            continue;
-        }
-        let surfaces = strands.add(&shape, motion.is_some(), surfaces, &mut parts);
-        let motion = motion.map(|motion| {
-            motions.push(motion);
-            motions.len() - 1
-        });
-        let (span, side) = (shape.entity.name.span, shape.entity.side);
-        let (material, area_light) = (shape.material, shape.area_light);
-        parts.extend(surfaces.into_iter().map(|geometry| Part { geometry, side, span, index, material, area_light, motion }));
-    }
-    (parts, motions, objects)
 }
 
 /// Puts findings into the order of the text, those without a place last.

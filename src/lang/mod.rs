@@ -41,6 +41,7 @@ mod picture_names;
 mod pictured;
 pub mod resolve;
 mod seed;
+mod shapes;
 mod sky_points;
 pub mod source;
 mod spacetime;

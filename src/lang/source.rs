@@ -5,15 +5,18 @@ use crate::lang::gltf_scene;
 use crate::lang::lines::Lines;
 use crate::lang::source::dialect::is_pbrt_file;
 use crate::lang::source::made::Shared;
+use crate::loading::Loading;
 use bhs_core::diagnostics::{Diagnostic, Span};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+mod aside;
 mod dialect;
 mod made;
 
+pub(super) use aside::Side;
 pub use made::FileCache;
 
 /// Includes within includes that are allowed.
@@ -58,6 +61,8 @@ pub struct SourceMap {
     pbrt: bool,
     /// Files that are read at the end of the scene.
     additions: Vec<PathBuf>,
+    /// How far it has come.
+    loading: Arc<Loading>,
     /// What is to be said of a scene that has been made of a model.
     notes: Vec<Diagnostic>,
 }
@@ -80,6 +85,8 @@ struct Inputs {
     by_path: HashMap<PathBuf, InputFile>,
     /// Each of them, those that could not be read too, as it was just before it was read first.
     stamps: Stamps,
+    /// Their paths.
+    stamped: HashSet<PathBuf>,
 }
 
 impl SourceMap {
@@ -221,7 +228,7 @@ impl SourceMap {
     }
 
     /// Adds the content of a file to the hash. Its length comes first: what two files hold cannot be shared out otherwise.
-    fn hash_content(&self, content: &[u8]) {
+    pub(super) fn hash_content(&self, content: &[u8]) {
         let mut hasher = self.hasher.lock().unwrap_or_else(PoisonError::into_inner);
         hasher.update(&(content.len() as u64).to_le_bytes()).update(content);
     }
@@ -253,11 +260,19 @@ impl SourceMap {
         }
         self.note_stamp(path);
         let (content, id) = files::read(path)?;
+        self.loading.read(content.len());
+        let real = self.real_path(path);
         let mut inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
         let input = || InputFile { name: name.to_owned(), span, role: "the scene" };
-        inputs.by_id.entry(id).or_insert_with(input);
-        if let Some(real) = self.real_path(path) {
-            inputs.by_path.entry(real).or_insert_with(input);
+        // Whoever reads it first, it is where the scene names it first that is told.
+        let earlier = |known: &mut InputFile| {
+            if aside::comes_before(span, known.span) {
+                *known = input();
+            }
+        };
+        inputs.by_id.entry(id).and_modify(earlier).or_insert_with(input);
+        if let Some(real) = real {
+            inputs.by_path.entry(real).and_modify(earlier).or_insert_with(input);
         }
         Ok(content)
     }
@@ -278,7 +293,7 @@ impl SourceMap {
     /// Notes what a file is, before it is read.
     fn note_stamp(&self, path: &Path) {
         let mut inputs = self.inputs.lock().unwrap_or_else(PoisonError::into_inner);
-        if inputs.stamps.iter().all(|(known, _)| known != path) {
+        if inputs.stamped.insert(path.to_owned()) {
             inputs.stamps.push((path.to_owned(), Stamp::of(path)));
         }
     }

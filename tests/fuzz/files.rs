@@ -184,6 +184,39 @@ fn picture_examples() -> Vec<Vec<u8>> {
     vec![png, exr.into_inner(), hdr]
 }
 
+/// A picture of 3 by 2 texels as TGA (plain and packed), PFM and WebP.
+fn other_picture_examples() -> Vec<Vec<u8>> {
+    let texels: Vec<u8> = (0..18).map(|i| 14 * i).collect();
+    let header = |kind: u8| [&[0, 0, kind, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 2, 0, 24, 32][..]].concat();
+    let plain = [header(2), texels.clone()].concat();
+    let packed = [header(10), vec![2], texels[..9].to_vec(), vec![0x82, 1, 2, 3]].concat();
+    let numbers: Vec<u8> = texels.iter().flat_map(|t| (f32::from(*t) / 255.0).to_le_bytes()).collect();
+    let pfm = [b"PF\n3 2\n-1.0\n".to_vec(), numbers].concat();
+    let without_loss = b"RIFF.\x00\x00\x00WEBPVP8L\x22\x00\x00\x00/\x02@\x00\x00/\x20\x16L\xf6\xe6\x8f\x9c\xc48\x8c\xc7\xfc'\xb6\xa1\xa6m\x036\xd4\xf9\x97S#\xfa\x1f\xd3\x0b";
+    let with_loss = b"RIFF8\x00\x00\x00WEBPVP8\x20,\x00\x00\x00\xd0\x01\x00\x9d\x01*\x03\x00\x02\x00\x02\xc0L%\xa0\x02\xec\x01\x0e\xfe\x03\xc8\x00\x00\xfe\xf5\xf0\xf1ZJ\x84_\xcbo\xcb\x9a\xdd\xc6\x96\x02\xec\x00\x00\x00";
+    vec![plain, packed, pfm, without_loss.to_vec(), with_loss.to_vec()]
+}
+
+#[test]
+fn mutated_pictures_of_other_kinds() {
+    let examples = other_picture_examples();
+    for example in &examples {
+        assert!(bhs_textures::decode::decode(example).is_ok(), "{example:?}");
+    }
+    let words = ["PF\n", "Pf\n", "-1.0\n", "65535 65535\n", "RIFF", "VP8X", "VP8 ", "ALPH", "\u{1}", "\u{7f}", "\0\0"];
+    let (mut faulty, count) = (0, times(FILES));
+    for seed in 0..count {
+        let mut random = Random(seed);
+        let mut bytes = examples[random.below(examples.len())].clone();
+        mutate(&mut random, &mut bytes, &words);
+        // What a byte may stand for: 65,536 even texels of a WebP, a run of 64 of a TGA; each for a moment twice, as four bytes and as three.
+        let a_byte = if bytes.starts_with(b"RIFF") { 65_536 } else { 64 } * 12;
+        let most = allocation_counter::measure(|| faulty += u64::from(bhs_textures::decode::decode(&bytes).is_err())).bytes_max;
+        assert!(most <= (BYTES_BESIDES + a_byte * bytes.len()) as u64, "{most} bytes of memory: {bytes:?}");
+    }
+    assert!(faulty > count / 10 && faulty < count, "{faulty}");
+}
+
 #[test]
 fn mutated_pictures_in_scenes() {
     // The same file is a sky, a colour and a number.

@@ -49,6 +49,28 @@ impl std::fmt::Debug for Shared {
     }
 }
 
+impl SourceMap {
+    /// Lets go what several parts of a scene took out of the same files.
+    pub(in crate::lang) fn forget_shared(&self) {
+        self.shared.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
+    /// What `decode` makes of a content, or has made of it before.
+    pub(super) fn decoded(&self, content: &[u8], kind: TypeId, decode: Decode) -> Result<Decoded, String> {
+        let Some(cache) = &self.cache else { return decode(content) };
+        let key = (blake3::hash(content), kind);
+        let made = || cache.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((made, used)) = made().get_mut(&key) {
+            *used = true;
+            return Ok(Arc::clone(made));
+        }
+        let new = decode(content)?;
+        cache.misses.fetch_add(1, Ordering::Relaxed);
+        made().insert(key, (Arc::clone(&new), true));
+        Ok(new)
+    }
+}
+
 impl Files for SourceMap {
     fn read(&self, path: &str, span: Span) -> Result<Vec<u8>, String> {
         let content = self.content(&self.locate(path, span), Path::new(path), Some(span))?;
@@ -57,18 +79,7 @@ impl Files for SourceMap {
     }
 
     fn decode(&self, path: &str, span: Span, kind: TypeId, decode: Decode) -> Result<Decoded, String> {
-        let content = self.read(path, span)?;
-        let Some(cache) = &self.cache else { return decode(&content) };
-        let key = (blake3::hash(&content), kind);
-        let made = || cache.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((made, used)) = made().get_mut(&key) {
-            *used = true;
-            return Ok(Arc::clone(made));
-        }
-        let new = decode(&content)?;
-        cache.misses.fetch_add(1, Ordering::Relaxed);
-        made().insert(key, (Arc::clone(&new), true));
-        Ok(new)
+        self.decoded(&self.read(path, span)?, kind, decode)
     }
 
     fn share(&self, path: &str, span: Span, kind: TypeId, decode: Decode) -> Result<Decoded, String> {
