@@ -1,8 +1,9 @@
-"""What setup.py, meshes.py and oidn.py share: paths, messages, running programs, wheels from PyPI, one set-up at a time."""
+"""What setup.py, meshes.py, oidn.py and release.py share: paths, messages, running programs, wheels from PyPI, one set-up at a time."""
 
-import fcntl
 import importlib.util
 import os
+import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,11 @@ import tempfile
 import zipfile
 from contextlib import contextmanager
 from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # on Windows: there nothing keeps two set-ups from being started at once
+    fcntl = None
 
 ROOT = Path(__file__).resolve().parent.parent
 SETUP = ROOT / "setup"
@@ -41,7 +47,8 @@ def locked():
     """Holds .deps/lock, so that two set-ups started at once take turns, and clears what an interrupted one left."""
     DEPS.mkdir(exist_ok=True)
     with open(DEPS / "lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        if fcntl:
+            fcntl.flock(lock, fcntl.LOCK_EX)
         for leftover in DEPS.glob("tmp-*"):
             shutil.rmtree(leftover, ignore_errors=True)
         yield
@@ -144,3 +151,33 @@ def unpack(wheel, folder, keep):
                 with archive.open(member) as source, open(target, "wb") as sink:
                     shutil.copyfileobj(source, sink)
                 target.chmod(0o755 if (member.external_attr >> 16) & 0o111 else 0o644)
+
+
+# ---- programs for other machines ----
+
+
+def levels():
+    """The levels of processors that downloads have code for, from the lowest (src/vectors.rs); `None` where there is one code for all."""
+    return ["x86-64-v2", "x86-64-v3", "x86-64-v4"] if platform.machine() in ("x86_64", "AMD64") else [None]
+
+
+def level_environment(level):
+    """The environment in which Cargo builds for a level, apart from what it builds for this machine.
+
+    Its flags win over those of .cargo/config.toml, which are for this very processor.
+    """
+    environment = dict(os.environ)
+    if level:
+        environment["RUSTFLAGS"] = "-Ctarget-cpu=" + level
+    environment["CARGO_TARGET_DIR"] = str(ROOT / "target" / (level or "release-all"))
+    own = "@loader_path" if platform.system() == "Darwin" else "$ORIGIN"
+    environment["BHS_RPATH"] = own + ":" + own + "/../lib/bhs"
+    return environment
+
+
+def needed_glibc(paths):
+    """The oldest glibc that has all that these files ask of it, as (major, minor); (0, 0) where they ask nothing."""
+    asked = [(0, 0)]
+    for path in paths:
+        asked += [tuple(map(int, found)) for found in re.findall(rb"\0GLIBC_(\d+)\.(\d+)", Path(path).read_bytes())]
+    return max(asked)

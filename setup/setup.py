@@ -153,7 +153,8 @@ def embree_from_wheel():
     if system == "Linux":
         link(folder / "libembree4.so", library.name)
     else:
-        output(["install_name_tool", "-id", str(library), str(library)])  # programs look the library up under this name
+        # Programs look the library up under this name, in the folders that they themselves name: they may be moved with it.
+        output(["install_name_tool", "-id", "@rpath/" + library.name, str(library)])
         output(["codesign", "--force", "--sign", "-", str(library)])
         link(folder / "libembree4.dylib", library.name)
     return folder
@@ -223,7 +224,7 @@ def libclang_version(path):
 
 # ---- Cargo ----
 
-# Built where it runs, with the vectors and fused multiply-adds of this very processor, which the inner loops of orbits are written for.
+# Built where it runs, with the vectors of this very processor, which the inner loops of orbits are written for.
 TARGET_CPU = """
 [target.'cfg(target_arch = "x86_64")']
 rustflags = ["-Ctarget-cpu=native"]

@@ -53,5 +53,6 @@ pub mod sky_points;
 pub mod stats;
 pub mod threads;
 pub mod trace;
+pub mod vectors;
 pub mod watch;
 pub mod wavelengths;

@@ -191,6 +191,17 @@ fn the_program_says_what_it_is() {
         assert_eq!(rest[1].1 == "unknown", commit == "unknown");
         assert!(rest[2].1.starts_with("4."), "{}", rest[2].1);
     }
+    // Built for one kind of processor: there is nothing else to hand over to.
+    let own = bhs::vectors::own();
+    let told = |asked: &str| {
+        let output = folder.command(&["--version", "--verbose"]).env("BHS_VECTORS", asked).output().expect("it starts");
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr))
+    };
+    let (code, text) = told("");
+    assert!(code == Some(0) && text.contains(&format!("({own}): all that this program was built for\n")), "{text}");
+    let (code, text) = told(own);
+    assert!(code == Some(0) && text.contains(&format!("({own}): BHS_VECTORS asks for it\n")), "{text}");
+    assert_eq!(told("mmx"), (Some(1), format!("error: BHS_VECTORS is `mmx`; this bhs has code for {own}\n")));
     assert_eq!(folder.run(&["--verbose"]).code, 2);
     assert_eq!(folder.run(&["--verbose", "check", "scene.bhs"]).code, 2);
 }

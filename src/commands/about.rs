@@ -3,7 +3,7 @@
 use super::{ExitStatus, print};
 use crate::cli::full_command;
 use crate::denoise::Denoiser;
-use crate::say;
+use crate::{say, vectors};
 use anyhow::{Context, Result};
 use clap_complete::Shell;
 
@@ -53,7 +53,7 @@ pub fn verbose_version() -> String {
         env!("CARGO_PKG_VERSION"),
         option_env!("BHS_COMMIT").unwrap_or(unknown),
         option_env!("BHS_COMMIT_DATE").unwrap_or(unknown),
-        vector_code(),
+        vectors::told(),
     )
 }
 
@@ -61,17 +61,4 @@ pub fn verbose_version() -> String {
 fn embree() -> Option<String> {
     let version = bhs_intersectors::embree::version()?;
     Some(format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100))
-}
-
-/// The widest instructions that the program was built for.
-fn vector_code() -> &'static str {
-    let known = [
-        (cfg!(target_feature = "avx512f"), "avx512"),
-        (cfg!(target_feature = "avx2"), "avx2"),
-        (cfg!(target_feature = "avx"), "avx"),
-        (cfg!(target_feature = "sse4.2"), "sse4.2"),
-        (cfg!(target_feature = "sse2"), "sse2"),
-        (cfg!(target_feature = "neon"), "neon"),
-    ];
-    known.into_iter().find(|(is_there, _)| *is_there).map_or("none", |(_, name)| name)
 }

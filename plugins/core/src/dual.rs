@@ -190,11 +190,6 @@ impl Real for Dual {
     }
 
     #[inline]
-    fn fma(self, b: Self, c: Self) -> Self {
-        self * b + c
-    }
-
-    #[inline]
     fn sqrt(self) -> Self {
         Self::sqrt(self)
     }
@@ -259,7 +254,7 @@ mod tests {
     #[test]
     fn arithmetic_for_one_and_eight_yields_gradients() {
         fn f<F: Real>(a: F, b: F) -> F {
-            let c = F::select(a.lt(b), a.fma(b, F::splat(0.3)), b - a).max(a.abs() * F::splat(0.1));
+            let c = F::select(a.lt(b), a.times_plus(b, F::splat(0.3)), b - a).max(a.abs() * F::splat(0.1));
             c.sqrt().min(F::splat(3.0) / b)
         }
         for (x, y) in [(0.4, 0.9), (0.9, 0.4), (-0.8, 1.3), (5.0, 7.0)] {

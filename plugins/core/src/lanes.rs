@@ -1,4 +1,8 @@
 //! Vectors of several rays side by side: one arithmetic operation for all of them.
+//!
+//! Pictures have the same bits whatever vectors the program is built for. Of what `wide` offers, only operations that are rounded once, or not at all, are
+//! used therefore: where a processor has more, its sums over lanes are of another order, and the last digits of its functions (`exp`, `sin_cos`, `atan2`) others.
+//! Those of single numbers are taken lane by lane.
 
 use wide::f64x8;
 
@@ -23,6 +27,11 @@ pub fn first(count: usize) -> Lanes {
 pub fn of_bits(bits: u32) -> Lanes {
     // All bits of a lane, or none.
     Lanes::from(std::array::from_fn::<f64, LANES, _>(|i| f64::from_bits(0_u64.wrapping_sub(u64::from(bits) >> i & 1))))
+}
+
+/// The sum of the numbers, from the first: in the same order whatever the processor.
+pub fn total(numbers: Lanes) -> f64 {
+    numbers.to_array().iter().sum()
 }
 
 /// The numbers of the bits that are set, from the lowest.

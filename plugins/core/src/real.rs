@@ -1,6 +1,6 @@
 //! Arithmetic that is written once: for one number, or for eight side by side.
 //!
-//! The same operations in the same order give the same bits for one ray and for each of several ([`Real::fma`] is fused for both or for neither).
+//! The same operations in the same order give the same bits for one ray and for each of several, on every processor ([`Real::times_plus`]).
 
 use crate::lanes::{LANES, Lanes};
 use std::fmt::Debug;
@@ -82,8 +82,11 @@ pub trait Real:
     /// Whether it is neither infinite nor NaN.
     fn is_finite(self) -> Self::Mask;
 
-    /// `self b + c`, rounded once where the processor can; without an instruction for it that would cost a call.
-    fn fma(self, b: Self, c: Self) -> Self;
+    /// `self b + c`, rounded twice whatever the processor: with instructions that round once, pictures would depend on what the program is built for.
+    #[inline(always)]
+    fn times_plus(self, b: Self, c: Self) -> Self {
+        self * b + c
+    }
 
     /// Square root.
     fn sqrt(self) -> Self;
@@ -215,11 +218,6 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { self.mul_add(b, c) } else { self * b + c }
-    }
-
-    #[inline(always)]
     fn sqrt(self) -> Self {
         Self::sqrt(self)
     }
@@ -301,11 +299,6 @@ impl Real for Lanes {
     }
 
     #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        self.mul_add(b, c)
-    }
-
-    #[inline(always)]
     fn sqrt(self) -> Self {
         Self::sqrt(self)
     }
@@ -341,10 +334,10 @@ impl Real for Lanes {
     }
 }
 
-/// `a b + c`: see [`Real::fma`].
+/// `a b + c`: see [`Real::times_plus`].
 #[inline(always)]
-pub fn fma<F: Real>(a: F, b: F, c: F) -> F {
-    a.fma(b, c)
+pub fn times_plus<F: Real>(a: F, b: F, c: F) -> F {
+    a.times_plus(b, c)
 }
 
 #[cfg(test)]
@@ -356,7 +349,7 @@ mod tests {
     fn formula<F: Real>(a: F, b: F) -> F {
         let v = Vector { x: a, y: b, z: a - b };
         let w = v.cross(Vector::all(DVec3::new(0.3, -0.2, 0.7))).normalize().plus(v, F::splat(0.1));
-        let larger = w.largest().max(a.abs().sqrt()).min(F::splat(0.9)) / fma(b, b, F::splat(0.5));
+        let larger = w.largest().max(a.abs().sqrt()).min(F::splat(0.9)) / times_plus(b, b, F::splat(0.5));
         F::select(a.lt(b) | b.le(F::splat(0.0)), larger, -w.dot(v)) + w.or(v, a.gt(b)).length()
     }
 

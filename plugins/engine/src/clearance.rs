@@ -128,10 +128,10 @@ impl Clearance {
             Vector { x: clamp(points.x, min.x, max.x), y: clamp(points.y, min.y, max.y), z: clamp(points.z, min.z, max.z) };
         let p = (nearest - Vector::all(min)) * c(self.per_cell);
         let cell = |p: F, cells: f64| p.floor().min(c(cells - 1.0));
-        let row = cell(p.z, self.cells.z).fma(c(self.cells.y), cell(p.y, self.cells.y));
+        let row = cell(p.z, self.cells.z).times_plus(c(self.cells.y), cell(p.y, self.cells.y));
         // Adding this leaves a whole number in the lowest bits.
         const WHOLE: f64 = (1u64 << 52) as f64;
-        let index = (row.fma(c(self.cells.x), cell(p.x, self.cells.x)) + c(WHOLE)).to_array();
+        let index = (row.times_plus(c(self.cells.x), cell(p.x, self.cells.x)) + c(WHOLE)).to_array();
         let step = |i: usize| i32::from(self.steps.get(index[i].to_bits() as u32 as usize).copied().unwrap_or(0));
         let distance = (F::from_integers(step) - c(1.0)).max(zero) * c(self.cell);
         let away = (points - nearest).length_squared().sqrt();

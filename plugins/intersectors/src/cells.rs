@@ -115,7 +115,7 @@ impl Cells {
         // Adding this rounds to the nearest whole number, and leaves it in the lowest bits. Far outside those may be those of a cell: whoever
         // asks looks at its parts.
         const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
-        let p = point.mul_add(DVec3::splat(self.per_cell), self.start) + ROUND;
+        let p = point * self.per_cell + self.start + ROUND;
         let [x, y, z] = p.to_array().map(|c| c.to_bits() as u32);
         let [nx, ny, nz] = self.counts;
         if x >= nx || y >= ny || z >= nz {

@@ -21,7 +21,7 @@
 
 use crate::contacts::Contacts;
 use crate::crowds::{Crowds, Guarded, SinglePrecision};
-use crate::query::{Query, Surface, primitive_of};
+use crate::query::{CONFIGURATION, Query, Surface, primitive_of};
 use crate::single::{Room, UNWRITTEN, clamp};
 use bhs_core::Plugin;
 use bhs_core::geometry::instance::Object;
@@ -109,8 +109,8 @@ struct Device {
 impl Device {
     fn new() -> Result<Self, String> {
         let error = Arc::new(FirstError::default());
-        // SAFETY: a null configuration means the defaults.
-        let handle = unsafe { rtcNewDevice(ptr::null()) };
+        // SAFETY: the configuration is a text that ends in NUL.
+        let handle = unsafe { rtcNewDevice(CONFIGURATION.as_ptr()) };
         if handle.is_null() {
             return Err("Embree cannot start".to_owned());
         }
@@ -129,9 +129,9 @@ impl Device {
 }
 
 /// The version of the library that is loaded: 40400 is 4.4.0.
-pub fn version() -> Option<isize> {
-    // SAFETY: the device is live.
-    Device::new().ok().map(|device| unsafe { rtcGetDeviceProperty(device.handle, RTCDeviceProperty::VERSION) })
+pub fn version() -> Option<i64> {
+    // SAFETY: the device is live. What it returns is `ssize_t`, which bindings write as one type or another, by the system.
+    Device::new().ok().map(|device| unsafe { rtcGetDeviceProperty(device.handle, RTCDeviceProperty::VERSION) as i64 })
 }
 
 impl Drop for Device {

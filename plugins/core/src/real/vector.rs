@@ -44,7 +44,7 @@ impl<F: Real> Vector<F> {
     /// Scalar products.
     #[inline(always)]
     pub fn dot(self, o: Self) -> F {
-        self.x.fma(o.x, self.y.fma(o.y, self.z * o.z))
+        self.x.times_plus(o.x, self.y.times_plus(o.y, self.z * o.z))
     }
 
     /// Vector products.
@@ -74,7 +74,7 @@ impl<F: Real> Vector<F> {
     /// `self + o s`
     #[inline(always)]
     pub fn plus(self, o: Self, s: F) -> Self {
-        Self { x: o.x.fma(s, self.x), y: o.y.fma(s, self.y), z: o.z.fma(s, self.z) }
+        Self { x: o.x.times_plus(s, self.x), y: o.y.times_plus(s, self.y), z: o.z.times_plus(s, self.z) }
     }
 
     /// Each divided by its number.

@@ -47,7 +47,7 @@ pub fn step<F: Real, S: Space<F>>(f: impl Fn(S) -> S, start: S, slope: S, h: F) 
 #[inline(always)]
 pub fn error<F: Real>([fifth, third]: [F; 2]) -> F {
     let squares = fifth * fifth;
-    let norm = third.fma(third * F::splat(0.01), squares);
+    let norm = third.times_plus(third * F::splat(0.01), squares);
     squares / norm.sqrt().max(F::splat(f64::MIN_POSITIVE))
 }
 

@@ -1,7 +1,7 @@
 //! Polynomials, sines and cosines for the inner loops of orbits: short independent chains of operations, which a processor runs
 //! side by side, and fused multiply-adds where it has them.
 
-use bhs_core::real::{Real, fma};
+use bhs_core::real::{Real, times_plus};
 
 /// Number of coefficients of an orbit's Taylor series.
 pub const TERMS: usize = 16;
@@ -16,7 +16,7 @@ fn powers<F: Real>(t: F) -> (F, F, F) {
 /// Four chains of powers of t^4 joined: `a[0] + a[1] t + a[2] t^2 + a[3] t^3`.
 #[inline(always)]
 fn join<F: Real>(a: [F; 4], (t, tt, _): (F, F, F)) -> F {
-    fma(tt, fma(t, a[3], a[2]), fma(t, a[1], a[0]))
+    times_plus(tt, times_plus(t, a[3], a[2]), times_plus(t, a[1], a[0]))
 }
 
 /// `c[0] + c[1] t + c[2] t^2 + ...`
@@ -26,7 +26,7 @@ pub fn value<F: Real>(c: &[F; TERMS], t: F) -> F {
     let mut a = [c[12], c[13], c[14], c[15]];
     for row in [8, 4, 0] {
         for i in 0..4 {
-            a[i] = fma(a[i], p.2, c[row + i]);
+            a[i] = times_plus(a[i], p.2, c[row + i]);
         }
     }
     join(a, p)
@@ -40,7 +40,7 @@ pub fn value_and_slope<F: Real>(c: &[F; TERMS], t: F) -> (F, F) {
     for row in [8, 4, 0] {
         for i in 0..4 {
             let n = row + i + 1;
-            a[i] = fma(a[i], p.2, F::splat(n as f64) * c[n]);
+            a[i] = times_plus(a[i], p.2, F::splat(n as f64) * c[n]);
         }
     }
     (value(c, t), join(a, p))
@@ -70,10 +70,10 @@ pub fn cos_sin<F: Real>(x: F) -> (F, F) {
     let mut a = COS_SIN[5].map(F::splat);
     for row in [4, 3, 2, 1, 0] {
         for i in 0..4 {
-            a[i] = fma(a[i], x4, F::splat(COS_SIN[row][i]));
+            a[i] = times_plus(a[i], x4, F::splat(COS_SIN[row][i]));
         }
     }
-    (fma(xx, a[1], a[0]), x * fma(xx, a[3], a[2]))
+    (times_plus(xx, a[1], a[0]), x * times_plus(xx, a[3], a[2]))
 }
 
 /// The arc tangent of `q`, to some 1e-8, for |q| < 0.25.
@@ -81,7 +81,7 @@ pub fn cos_sin<F: Real>(x: F) -> (F, F) {
 pub fn small_arc_tangent<F: Real>(q: F) -> F {
     let qq = q * q;
     let c = |x: f64| F::splat(x);
-    q * fma(qq, fma(qq, fma(qq, fma(qq, c(1.0 / 9.0), c(-1.0 / 7.0)), c(0.2)), c(-1.0 / 3.0)), c(1.0))
+    q * times_plus(qq, times_plus(qq, times_plus(qq, times_plus(qq, c(1.0 / 9.0), c(-1.0 / 7.0)), c(0.2)), c(-1.0 / 3.0)), c(1.0))
 }
 
 #[cfg(test)]

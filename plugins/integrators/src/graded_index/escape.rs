@@ -24,7 +24,7 @@ struct Far<F> {
 impl<F: Real> Space<F> for Far<F> {
     #[inline(always)]
     fn plus(self, o: Self, s: F) -> Self {
-        Self { u: o.u.fma(s, self.u), w: o.w.fma(s, self.w), n: self.n.plus(o.n, s), m: self.m.plus(o.m, s) }
+        Self { u: o.u.times_plus(s, self.u), w: o.w.times_plus(s, self.w), n: self.n.plus(o.n, s), m: self.m.plus(o.m, s) }
     }
 
     #[inline(always)]
@@ -110,6 +110,6 @@ pub fn directions<F: Refracted>(
 fn time_to<F: Real>(y: &Far<F>, slope: &Far<F>, target: F) -> F {
     let two = F::splat(2.0);
     let fall = y.u - target;
-    let root = y.w.fma(y.w, -(two * slope.w * fall)).max(F::splat(0.0)).sqrt();
+    let root = y.w.times_plus(y.w, -(two * slope.w * fall)).max(F::splat(0.0)).sqrt();
     two * fall / (root - y.w)
 }

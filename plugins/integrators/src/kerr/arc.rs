@@ -71,7 +71,7 @@ impl<F: Real> TwistedArc<F> {
 fn strays<F: Real>(hole: &Hole, orbit: &Orbit<F>, u: F) -> F {
     let c = F::splat;
     let a2 = orbit.a * orbit.a;
-    let flat = (a2 * u).fma(u, c(1.0));
+    let flat = (a2 * u).times_plus(u, c(1.0));
     let falling = c(1.0) - u * (c(2.0) * orbit.mass - orbit.charge_squared * u) / flat;
     let dragging = c(2.0) * orbit.a.abs() / (u * falling * falling);
     // Lengths come back into scene units.
@@ -145,7 +145,7 @@ impl<F: Real> Arc<F> for TwistedArc<F> {
         let bend = orbit.twist_slope(&state);
         let across = |v: Vector<F>| {
             let v = turned(v, turn);
-            normal.x.fma(v.x, normal.y * v.y)
+            normal.x.times_plus(v.x, normal.y * v.y)
         };
         let first = turning(state.n, state.dn, twist);
         // n'' + 2 twist z x n' + twist' z x n - twist^2 n, across the axis.
@@ -153,7 +153,7 @@ impl<F: Real> Arc<F> for TwistedArc<F> {
         let second = turning(state.n, second, bend) - state.n * (twist * twist);
         let (p, dp, ddp) = (across(state.n), across(first), across(second));
         let a2 = orbit.a * orbit.a;
-        let stretch = (a2 * state.u).fma(state.u, c(1.0)).sqrt();
+        let stretch = (a2 * state.u).times_plus(state.u, c(1.0)).sqrt();
         let slope = a2 * state.u * state.du / stretch;
         let curve = (a2 * (state.du * state.du + state.u * pull) - slope * slope) / stretch;
         [

@@ -62,7 +62,7 @@ impl Hole {
         // dt along d, without a difference of what is nearly equal.
         let time = F::select(mixed.gt(c(0.0)), (mixed + speed) * sigma / (sigma - m), space / (speed - mixed));
         let per_speed = one / speed;
-        let l = (root * around * shear.fma(sine2, one) - m * a * sine2 / sigma * time) * per_speed;
+        let l = (root * around * shear.times_plus(sine2, one) - m * a * sine2 / sigma * time) * per_speed;
         // In Mino's time.
         let v = d * (sigma * per_speed);
         let slope = root * e_r.dot(v) / sigma.sqrt();
@@ -152,8 +152,8 @@ impl<F: Real> Orbit<F> {
     #[inline(always)]
     pub fn barrier(&self, u: F) -> F {
         let c = F::splat;
-        let inner = (c(-0.5) * self.cube * u + c(2.0 / 3.0) * self.square).fma(u, self.linear);
-        (inner * u).fma(u, c(1.0))
+        let inner = (c(-0.5) * self.cube * u + c(2.0 / 3.0) * self.square).times_plus(u, self.linear);
+        (inner * u).times_plus(u, c(1.0))
     }
 
     /// u where `u'^2` is least, outside of all of its other extrema; infinite if it only grows inwards, or only falls.
@@ -209,7 +209,7 @@ impl<F: Real> Orbit<F> {
         let a2 = self.a * self.a;
         let pull = (u * (self.square - self.cube * u) + self.linear) * u;
         let mut turn = n * -(self.k + F::splat(2.0) * a2 * n.z * n.z);
-        turn.z = a2.fma(n.z, turn.z);
+        turn.z = a2.times_plus(n.z, turn.z);
         (pull, turn)
     }
 
@@ -219,7 +219,7 @@ impl<F: Real> Orbit<F> {
     pub fn point(&self, state: &State<F>, (cos, sin): (F, F)) -> Vector<F> {
         let n = turned(state.n, (cos, sin));
         let r = self.scale / state.u;
-        let root = (self.a * state.u).fma(self.a * state.u, F::splat(1.0)).sqrt() * r;
+        let root = (self.a * state.u).times_plus(self.a * state.u, F::splat(1.0)).sqrt() * r;
         Vector { x: n.x * root, y: n.y * root, z: n.z * r }
     }
 
@@ -230,14 +230,14 @@ impl<F: Real> Orbit<F> {
         let State { u, du, n, dn } = *state;
         let (n, whole) = (turned(n, turn), turned(turning(n, dn, twist), turn));
         let r = self.scale / u;
-        let stretch = (self.a * u).fma(self.a * u, one).sqrt();
+        let stretch = (self.a * u).times_plus(self.a * u, one).sqrt();
         let (root, slope) = (stretch * r, -du * r / u);
         let root_slope = slope / stretch;
         let point = Vector { x: n.x * root, y: n.y * root, z: n.z * r };
         let tangent = Vector {
-            x: whole.x.fma(root, n.x * root_slope),
-            y: whole.y.fma(root, n.y * root_slope),
-            z: whole.z.fma(r, n.z * slope),
+            x: whole.x.times_plus(root, n.x * root_slope),
+            y: whole.y.times_plus(root, n.y * root_slope),
+            z: whole.z.times_plus(r, n.z * slope),
         };
         (point, tangent)
     }
@@ -281,11 +281,11 @@ impl<F: Real> State<F> {
 /// `v` turned about the third axis by the angle of this cosine and sine.
 #[inline(always)]
 pub fn turned<F: Real>(v: Vector<F>, (cos, sin): (F, F)) -> Vector<F> {
-    Vector { x: cos * v.x - sin * v.y, y: sin.fma(v.x, cos * v.y), z: v.z }
+    Vector { x: cos * v.x - sin * v.y, y: sin.times_plus(v.x, cos * v.y), z: v.z }
 }
 
 /// The derivative `dn + twist z x n`.
 #[inline(always)]
 pub fn turning<F: Real>(n: Vector<F>, dn: Vector<F>, twist: F) -> Vector<F> {
-    Vector { x: dn.x - twist * n.y, y: twist.fma(n.x, dn.y), z: dn.z }
+    Vector { x: dn.x - twist * n.y, y: twist.times_plus(n.x, dn.y), z: dn.z }
 }

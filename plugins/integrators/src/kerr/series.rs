@@ -36,7 +36,7 @@ fn limited<F: Real>(angle: F) -> F {
 fn product<F: Real>(a: &[F; TERMS], b: &[F; TERMS], n: usize) -> F {
     let mut sum = a[0] * b[n];
     for i in 1..=n {
-        sum = a[i].fma(b[n - i], sum);
+        sum = a[i].times_plus(b[n - i], sum);
     }
     sum
 }
@@ -46,7 +46,7 @@ fn product<F: Real>(a: &[F; TERMS], b: &[F; TERMS], n: usize) -> F {
 fn square<F: Real>(a: &[F; TERMS], n: usize) -> F {
     let mut pairs = if n.is_multiple_of(2) { F::splat(0.5) * a[n / 2] * a[n / 2] } else { F::splat(0.0) };
     for i in 0..n.div_ceil(2) {
-        pairs = a[i].fma(a[n - i], pairs);
+        pairs = a[i].times_plus(a[n - i], pairs);
     }
     pairs + pairs
 }
@@ -88,7 +88,7 @@ impl<F: Real> Series<F> {
             squares[k] = square(u, k);
             let up = linear_up * u[k] - square_up * squares[k];
             if k > 0 {
-                down[k] = linear_down.fma(u[k], square_down * squares[k]);
+                down[k] = linear_down.times_plus(u[k], square_down * squares[k]);
             }
             let mut rest = up;
             for j in 1..=k {
@@ -101,7 +101,7 @@ impl<F: Real> Series<F> {
             }
             let over = c(1.0 / ((k + 1) * (k + 2)) as f64);
             let cubes = product(&squares, u, k);
-            u[k + 2] = orbit.linear.fma(u[k], orbit.square.fma(squares[k], -(orbit.cube * cubes))) * over;
+            u[k + 2] = orbit.linear.times_plus(u[k], orbit.square.times_plus(squares[k], -(orbit.cube * cubes))) * over;
             heights[k] = square(&n[2], k);
             let straight = n[2][k] * a2;
             for (i, n) in n.iter_mut().enumerate() {
@@ -121,8 +121,8 @@ impl<F: Real> Series<F> {
             let of_n = self.n[0][k].abs() + self.n[1][k].abs() + self.n[2][k].abs();
             self.u[k].abs().max(of_n).max(self.twist[k].abs())
         };
-        let pair = |k: usize| c(LONGEST).fma(largest(k + 1), largest(k));
-        let share = error / pair(TERMS - 4).fma(c(0.125), pair(TERMS - 2));
+        let pair = |k: usize| c(LONGEST).times_plus(largest(k + 1), largest(k));
+        let share = error / pair(TERMS - 4).times_plus(c(0.125), pair(TERMS - 2));
         let shorter = (!share.ge(c(LONGEST_POWER))).bits();
         let mut longest = [LONGEST; LANES];
         let shares = share.to_array();
@@ -157,8 +157,8 @@ impl<F: Real> Series<F> {
             (State { u: s.du, du: pull, n: s.dn, dn: turn }, orbit.twist(s.u))
         };
         let moved = |by: &State<F>, h: F| State {
-            u: by.u.fma(h, state.u),
-            du: by.du.fma(h, state.du),
+            u: by.u.times_plus(h, state.u),
+            du: by.du.times_plus(h, state.du),
             n: state.n.plus(by.n, h),
             dn: state.dn.plus(by.dn, h),
         };

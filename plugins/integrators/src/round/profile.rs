@@ -113,7 +113,7 @@ impl Profile {
     #[inline(always)]
     pub fn at<F: Refracted>(&self, x: F, is_inner: bool) -> Radii<F> {
         let c = F::splat;
-        let root = x.fma(x, c(1.0)).sqrt();
+        let root = x.times_plus(x, c(1.0)).sqrt();
         let pace = c(1.0) / root;
         let growth = x + root;
         let rho = if is_inner { c(self.middle) / growth } else { c(self.middle) * growth };
@@ -140,7 +140,7 @@ impl Profile {
                 let Class::Index(index) = spacetime.class() else { return (rho * rho, rho) };
                 let zero = c(0.0);
                 let (square, acceleration) = F::index(index, Vector { x: rho, y: zero, z: zero } + Vector::all(*center));
-                (square * rho * rho, rho * rho.fma(acceleration.x, square))
+                (square * rho * rho, rho * rho.times_plus(acceleration.x, square))
             }
         }
     }

@@ -8,7 +8,7 @@
 //! Nodes stand side by side in lanes. Derivatives by a parameter of the ray are carried along (forward differentiation).
 
 use crate::round::profile::{Profile, Radii};
-use bhs_core::lanes::{LANES, Lanes};
+use bhs_core::lanes::{LANES, Lanes, total};
 use bhs_core::quadrature::gauss_legendre;
 use bhs_core::real::Real;
 use std::sync::LazyLock;
@@ -159,14 +159,14 @@ impl Way<'_> {
         let range = Varied { at: near.at - far.at, by: near.by - far.by };
         let (mut angle, mut angle_by, mut sigma) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
         for [node, weight] in rule {
-            let t = c(range.at).mul_add(*node, c(far.at));
-            let t_by = c(range.by).mul_add(*node, c(far.by));
+            let t = c(range.at) * *node + c(far.at);
+            let t_by = c(range.by) * *node + c(far.by);
             // zeta, its logarithmic derivative, and that of the variable, dzeta/zeta = -measure dt.
             let (tau, measure, measure_by) = if is_algebraic {
                 let over = Lanes::ONE / t;
                 (t, over, -t_by * over)
             } else {
-                let e = t.exp();
+                let e = Lanes::from_fn(|i| t.lane(i).exp());
                 let over = Lanes::ONE / e;
                 let (sinh, cosh) = (c(0.5) * (e - over), c(0.5) * (e + over));
                 (sinh, cosh / sinh, -t_by / (sinh * cosh))
@@ -200,11 +200,11 @@ impl Way<'_> {
             let share = *weight * model * pace * measure / rest.sqrt();
             let share_by = model_by / model - rest_by / rest - x * x_by * pace * pace + measure_by;
             angle += share;
-            angle_by = share.mul_add(share_by, angle_by);
-            sigma = (rho * rho).mul_add(share, sigma);
+            angle_by += share * share_by;
+            sigma += rho * rho * share;
         }
-        let sum = angle.reduce_add();
-        let by = h.by * range.at * sum + h.at * (range.by * sum + range.at * angle_by.reduce_add());
-        Swept { angle: Varied { at: h.at * range.at * sum, by }, sigma: range.at * sigma.reduce_add() }
+        let sum = total(angle);
+        let by = h.by * range.at * sum + h.at * (range.by * sum + range.at * total(angle_by));
+        Swept { angle: Varied { at: h.at * range.at * sum, by }, sigma: range.at * total(sigma) }
     }
 }

@@ -49,7 +49,7 @@ impl<F: Real, S: Stretch<F>> PlanarArc<F, S> {
     fn tangent_of(&self, p: &Polars<F>) -> Vector<F> {
         let r = F::splat(1.0) / p.u;
         let slope = -p.du * r * r;
-        (self.planes.e1 * (slope * p.cos - r * p.sin)).plus(self.planes.e2, slope.fma(p.sin, r * p.cos))
+        (self.planes.e1 * (slope * p.cos - r * p.sin)).plus(self.planes.e2, slope.times_plus(p.sin, r * p.cos))
     }
 }
 
@@ -58,7 +58,7 @@ impl<F: Real, S: Stretch<F>> PlanarArc<F, S> {
 fn beyond<F: Real>(x: F) -> F {
     let c = F::splat;
     let xx = x * x;
-    c(0.5) * xx * xx.fma(xx.fma(c(0.226), c(5.0 / 12.0)), c(1.0))
+    c(0.5) * xx * xx.times_plus(xx.times_plus(c(0.226), c(5.0 / 12.0)), c(1.0))
 }
 
 /// The gap of a chord of the angle `angle` (rad) around a hole with the Schwarzschild radius `rs` (scene units).
@@ -112,7 +112,7 @@ impl<F: Real, S: Stretch<F>> Arc<F> for PlanarArc<F, S> {
         let c = F::splat;
         // acos(1/(1 + x)) = sqrt(2 x) (1 - 5/12 x + ...), the terms of which alternate.
         let x = (gap / c((1.5 * self.hole.rs).max(f64::MIN_POSITIVE))).min(c(MOST_BEYOND));
-        (c(2.0) * (x + x).sqrt() * x.fma(c(-5.0 / 12.0), c(1.0))).max(c(SHORTEST_CHORD))
+        (c(2.0) * (x + x).sqrt() * x.times_plus(c(-5.0 / 12.0), c(1.0))).max(c(SHORTEST_CHORD))
     }
 
     const LONG: f64 = 0.5;

@@ -97,7 +97,7 @@ impl<F: Real> Planes<F> {
         let (x, y) = (to.dot(self.e1), to.dot(self.e2));
         let (along, across) = (x0 * x + y0 * y, x0 * y - y0 * x);
         // Twice the angle whose tangent is that of half the angle.
-        F::splat(2.0) * small_arc_tangent(across / (along + along.fma(along, across * across).sqrt()))
+        F::splat(2.0) * small_arc_tangent(across / (along + along.times_plus(along, across * across).sqrt()))
     }
 
     /// The plane of ray number `i`.

@@ -9,7 +9,7 @@
 
 use crate::arithmetic::polynomial::{LARGEST_ANGLE, TERMS};
 use crate::spherical::Attraction;
-use bhs_core::real::{Real, fma};
+use bhs_core::real::{Real, times_plus};
 
 // Number of coefficients: measured on rays through a room with a hole, at relative errors of 1e-4 to 1e-10: with 14 to 18 a
 // geodesic takes the least time, 2 to 4 steps. (The pair of Dormand and Prince, order 5(4), with PI control took 1.4 times as
@@ -45,12 +45,12 @@ fn uncharged<F: Real>(rs: f64, u: F, du: F) -> [F; TERMS] {
     let mut c = [F::splat(0.0); TERMS];
     (c[0], c[1]) = (u, du);
     let bend = 3.0 * rs;
-    let first = fma(F::splat(bend), u, F::splat(-1.0));
+    let first = times_plus(F::splat(bend), u, F::splat(-1.0));
     // Spelled out, the sums have fixed lengths.
     macro_rules! next {
         ($($n:literal)*) => { $( c[$n + 2] = next::<F, $n>(&c, bend, first); )* };
     }
-    c[2] = u * fma(F::splat(0.5 * bend), u, F::splat(-1.0)) * F::splat(0.5);
+    c[2] = u * times_plus(F::splat(0.5 * bend), u, F::splat(-1.0)) * F::splat(0.5);
     next!(1 2 3 4 5 6 7 8 9 10 11 12 13);
     c
 }
@@ -64,7 +64,8 @@ fn charged<F: Real>(hole: &Attraction, u: F, du: F) -> [F; TERMS] {
     for n in 0..TERMS - 2 {
         squares[n] = product(&c, &c, n);
         let cubes = product(&squares, &c, n);
-        let force = fma(F::splat(1.5 * hole.rs), squares[n], fma(F::splat(-2.0 * hole.charge_squared), cubes, -c[n]));
+        let force =
+            times_plus(F::splat(1.5 * hole.rs), squares[n], times_plus(F::splat(-2.0 * hole.charge_squared), cubes, -c[n]));
         c[n + 2] = force * F::splat(1.0 / ((n + 1) * (n + 2)) as f64);
     }
     c
@@ -75,7 +76,7 @@ fn charged<F: Real>(hole: &Attraction, u: F, du: F) -> [F; TERMS] {
 fn product<F: Real>(a: &[F], b: &[F], n: usize) -> F {
     let mut sum = a[0] * b[n];
     for i in 1..=n {
-        sum = fma(a[i], b[n - i], sum);
+        sum = times_plus(a[i], b[n - i], sum);
     }
     sum
 }
@@ -86,10 +87,10 @@ fn product<F: Real>(a: &[F], b: &[F], n: usize) -> F {
 fn next<F: Real, const N: usize>(c: &[F; TERMS], bend: f64, first: F) -> F {
     let mut pairs = if N.is_multiple_of(2) { F::splat(0.5) * c[N / 2] * c[N / 2] } else { F::splat(0.0) };
     for i in (1..N.div_ceil(2)).rev() {
-        pairs = fma(c[i], c[N - i], pairs);
+        pairs = times_plus(c[i], c[N - i], pairs);
     }
     let inverse = 1.0 / ((N + 1) * (N + 2)) as f64;
-    fma(first * F::splat(inverse), c[N], F::splat(bend * inverse) * pairs)
+    times_plus(first * F::splat(inverse), c[N], F::splat(bend * inverse) * pairs)
 }
 
 /// The root of `share`, between 1e-300 and [`LONGEST_POWER`], that belongs to the last coefficients: to 3 %, and rather too small.

@@ -22,13 +22,13 @@ pub fn errors<F: Real>(hole: impl Into<Attraction>, start: &Polars<F>, relative:
     let c = F::splat;
     let (hole, Polars { u, du, .. }) = (hole.into(), *start);
     if hole.is_charged() {
-        let barrier = u * u * u.fma(u.fma(c(hole.charge_squared), c(-hole.rs)), c(1.0));
-        let inverse_b_squared = du.fma(du, barrier);
+        let barrier = u * u * u.times_plus(u.times_plus(c(hole.charge_squared), c(-hole.rs)), c(1.0));
+        let inverse_b_squared = du.times_plus(du, barrier);
         let closeness = ((inverse_b_squared - c(hole.critical)).abs() / inverse_b_squared).min(c(1.0));
         return inverse_b_squared.sqrt() * (c(SAFETY) * relative * closeness).max(c(0.5 * f64::EPSILON));
     }
     let rs = hole.rs;
-    let inverse_b_squared = du.fma(du, u * u * u.fma(c(-rs), c(1.0)));
+    let inverse_b_squared = du.times_plus(du, u * u * u.times_plus(c(-rs), c(1.0)));
     let scaled = inverse_b_squared * c(rs * rs);
     let closeness = ((scaled - c(4.0 / 27.0)).abs() / scaled).min(c(1.0));
     inverse_b_squared.sqrt() * (c(SAFETY) * relative * closeness).max(c(0.5 * f64::EPSILON))
@@ -53,8 +53,8 @@ impl<F: Real> Steps<F> {
         // The last two coefficients, for one of them is zero where the orbit is symmetric; as no step is longer than LONGEST, the very last counts
         // for no more than so many times the one before. And two more, for coefficients change sign and may be small by chance: these would
         // shrink by 8 or so if the nearest pole were some 3 rad away, as it is near the hole.
-        let pair = |n: usize| one(LONGEST).fma(c[n + 1].abs(), c[n].abs());
-        let share = error / pair(TERMS - 4).fma(one(0.125), pair(TERMS - 2));
+        let pair = |n: usize| one(LONGEST).times_plus(c[n + 1].abs(), c[n].abs());
+        let share = error / pair(TERMS - 4).times_plus(one(0.125), pair(TERMS - 2));
         // Most steps may be the longest: the root, which costs as much as a fifth of the step, is not needed for that.
         let shorter = (!share.ge(one(LONGEST_POWER))).bits();
         let mut longest = [LONGEST; LANES];
@@ -115,7 +115,7 @@ impl<F: Real> Steps<F> {
     fn cos_sin(&self, t: F) -> (F, F) {
         let (cos, sin) = cos_sin(t);
         let Polars { cos: c0, sin: s0, .. } = self.start;
-        (c0 * cos - s0 * sin, s0.fma(cos, c0 * sin))
+        (c0 * cos - s0 * sin, s0.times_plus(cos, c0 * sin))
     }
 }
 

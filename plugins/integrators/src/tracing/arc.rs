@@ -62,7 +62,7 @@ pub trait Arc<F: Real>: Copy {
     /// the parameters `ends`.
     #[inline(always)]
     fn beside(&self, ends: [F; 2], _points: [Vector<F>; 2], share: F) -> F {
-        share.fma(ends[1] - ends[0], ends[0])
+        share.times_plus(ends[1] - ends[0], ends[0])
     }
 
     /// What [`Arc::height`] has to know of a plane.
@@ -96,20 +96,23 @@ pub(crate) mod tests {
         let c = F::splat;
         let (start, end) = (arc.start(), arc.end());
         assert!(start.le(end).all());
-        let at = |share: f64| c(share).fma(end - start, start);
+        let at = |share: f64| c(share).times_plus(end - start, start);
         for k in 0..chords {
             let (a, b) = (at(k as f64 / chords as f64), at((k + 1) as f64 / chords as f64));
             let middle = (a + b) * c(0.5);
             derivatives(arc, middle, (b - a) * c(1e-3), precision);
             let gap = arc.gap(a, b);
             let largest = largest_gap(arc, a, b);
-            assert!(largest.le(gap.fma(c(1.0 + 1e-9), arc.point(a).largest() * c(1e-13))).all(), "{largest:?} exceeds {gap:?}");
+            assert!(
+                largest.le(gap.times_plus(c(1.0 + 1e-9), arc.point(a).largest() * c(1e-13))).all(),
+                "{largest:?} exceeds {gap:?}"
+            );
             // A stride with an eighth of the gap is within the piece.
             let stride = arc.stride(a, gap * c(0.125));
             assert!(stride.gt(c(0.0)).all());
             let stride = stride.min(end - a);
             let found = arc.gap(a, a + stride);
-            assert!(found.le((gap * c(0.125)).fma(c(1.01), c(1e-13))).all(), "{found:?} of {gap:?}");
+            assert!(found.le((gap * c(0.125)).times_plus(c(1.01), c(1e-13))).all(), "{found:?} of {gap:?}");
             assert!(stride.ge((b - a) * c(waste)).all(), "{stride:?} of {:?}", b - a);
         }
         for i in 0..F::COUNT {
@@ -162,7 +165,7 @@ pub(crate) mod tests {
         let along = chord.normalize();
         let mut largest = F::splat(0.0);
         for k in 1..16 {
-            let off = arc.point(F::splat(f64::from(k) / 16.0).fma(b - a, a)) - from;
+            let off = arc.point(F::splat(f64::from(k) / 16.0).times_plus(b - a, a)) - from;
             largest = largest.max((off - along * off.dot(along)).length());
         }
         largest

@@ -96,7 +96,7 @@ impl Table {
     #[inline(always)]
     fn beyond<F: Real>(&self, q: F) -> (F, F) {
         let one = F::splat(1.0);
-        let place = (q - F::splat(self.end)).fma(F::splat(self.over), one).max(one).min(F::splat(self.last_place));
+        let place = (q - F::splat(self.end)).times_plus(F::splat(self.over), one).max(one).min(F::splat(self.last_place));
         let mut pieces = [&self.pieces[0]; LANES];
         for (i, piece) in pieces.iter_mut().enumerate().take(F::COUNT) {
             let number = (place.lane(i).to_bits() - 1.0_f64.to_bits()) >> SHIFT;
@@ -108,15 +108,15 @@ impl Table {
         let mut value = F::from_fn(|i| pieces[i].coefficients[TERMS - 1]);
         let mut slope = F::splat(0.0);
         for k in (0..TERMS - 1).rev() {
-            slope = slope.fma(t, value);
-            value = value.fma(t, F::from_fn(|i| pieces[i].coefficients[k]));
+            slope = slope.times_plus(t, value);
+            value = value.times_plus(t, F::from_fn(|i| pieces[i].coefficients[k]));
         }
         slope = slope * over_half * F::splat(self.over);
         // Far away.
         let over_q = one / q;
         let terms = [F::splat(self.far_terms[0]) * over_q.sqrt(), F::splat(self.far_terms[1]) * over_q];
         let is_far = q.gt(F::splat(self.far));
-        let far_slope = -(F::splat(0.5).fma(terms[0], terms[1])) * over_q;
+        let far_slope = -(F::splat(0.5).times_plus(terms[0], terms[1])) * over_q;
         (F::select(is_far, terms[0] + terms[1], value), F::select(is_far, far_slope, slope))
     }
 

@@ -51,13 +51,13 @@ impl<F: Real> Spin<F> {
         let a2 = self.a * self.a;
         let from = x.length_squared() - a2;
         let az2 = a2 * x.z * x.z;
-        let s = from.fma(from, c(4.0) * az2).sqrt();
+        let s = from.times_plus(from, c(4.0) * az2).sqrt();
         let r2 = F::select(from.gt(c(0.0)), c(0.5) * (from + s), c(2.0) * az2 / (s - from));
         let (r, square) = (r2.sqrt(), r2 + a2);
         let root = square.sqrt();
         let over = c(1.0) / root;
         let n = Vector { x: x.x * over, y: x.y * over, z: x.z / r };
-        Oblate { r, square, root, n, sigma: (a2 * n.z).fma(n.z, r2) }
+        Oblate { r, square, root, n, sigma: (a2 * n.z).times_plus(n.z, r2) }
     }
 
     /// Rays from `x` in the chart directions `d`, and their neighbours, turned towards `aside`.
@@ -72,19 +72,19 @@ impl<F: Real> Spin<F> {
         let over_sigma = c(1.0) / sigma;
         let e = Vector { x: r * n.x, y: r * n.y, z: root * n.z } * over_sigma.sqrt();
         let w = Vector { x: -n.y, y: n.x, z: c(0.0) };
-        let w2 = n.x.fma(n.x, n.y * n.y);
+        let w2 = n.x.times_plus(n.x, n.y * n.y);
         // N^2 gamma
         let lapse_squared = static_part * over_sigma;
         let (radial, around) = (m / (square - m), m * a2 / square * over_sigma);
         let (ed, wd) = (e.dot(d), w.dot(d));
-        let form = |o: Vector<F>| lapse_squared * (radial * ed).fma(e.dot(o), d.dot(o)) + around * wd * w.dot(o);
+        let form = |o: Vector<F>| lapse_squared * (radial * ed).times_plus(e.dot(o), d.dot(o)) + around * wd * w.dot(o);
         let dd = form(d);
         let scale = sigma / dd.sqrt();
         let per = c(1.0) / dd;
         // Of the tangent in Mino's time `v`: r', n' as drawn, and w.v
         let u = c(1.0) / r;
         let rates = |v: Vector<F>| {
-            let r1 = r.fma(x.x.fma(v.x, x.y * v.y), square * x.z * v.z * u) * over_sigma;
+            let r1 = r.times_plus(x.x.times_plus(v.x, x.y * v.y), square * x.z * v.z * u) * over_sigma;
             let root1 = r * r1 / root;
             let over = c(1.0) / root;
             let n1 = Vector { x: (v.x - root1 * n.x) * over, y: (v.y - root1 * n.y) * over, z: (v.z - r1 * n.z) * u };
@@ -94,9 +94,9 @@ impl<F: Real> Spin<F> {
         let beside = aside.map(|aside| rates((d * (-scale * per * form(aside))).plus(aside, scale)));
         let per_l = root * over_sigma * (m * a2 * w2 / (square * static_part) + c(1.0));
         let l = Pencil { v: per_l * about - m * a * w2 / static_part, d: beside.map(|(.., about)| per_l * about) };
-        let den = u.fma(u.fma(a2 + charge_squared, c(-2.0)), c(1.0));
+        let den = u.times_plus(u.times_plus(a2 + charge_squared, c(-2.0)), c(1.0));
         let per_twist = -a2 * u * u / den;
-        let twist = a * u * (c(2.0) - a.fma(l.v, charge_squared) * u) / den;
+        let twist = a * u * (c(2.0) - a.times_plus(l.v, charge_squared) * u) / den;
         let turning = |drawn: Vector<F>, twist: F| {
             let n1 = drawn.plus(w, -twist);
             n1.plus(n, -n1.dot(n))
@@ -170,13 +170,13 @@ impl<F: Real, const D: usize> Factors<F, D> {
     pub fn bend(&self, u: F) -> F {
         let c = F::splat;
         let [p, q, s] = self.of_u;
-        u.fma(u.fma(c(3.0) * s.v, c(2.0) * q.v), p.v)
+        u.times_plus(u.times_plus(c(3.0) * s.v, c(2.0) * q.v), p.v)
     }
 
     /// chi' at 1/r = `u`.
     #[inline(always)]
     pub fn twist(&self, u: F) -> F {
         let c = F::splat;
-        u * (self.twist[0].v - self.twist[1].v * u) / u.fma(u.fma(self.horizon, c(-2.0)), c(1.0))
+        u * (self.twist[0].v - self.twist[1].v * u) / u.times_plus(u.times_plus(self.horizon, c(-2.0)), c(1.0))
     }
 }

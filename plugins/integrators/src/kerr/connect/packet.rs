@@ -157,7 +157,8 @@ impl<'a> Packet<'a> {
 
     /// Angles of the launches from inwards.
     pub(super) fn angle(&self, start: &Start) -> Numbers {
-        start.d.dot(start.across).atan2(start.d.dot(self.inward))
+        let (across, inward) = (start.d.dot(start.across), start.d.dot(self.inward));
+        Numbers::from_fn(|i| across.lane(i).atan2(inward.lane(i)))
     }
 
     /// Measures them from the edge of capture in their azimuths, from which they are as far as `from` says of that.
@@ -197,7 +198,7 @@ impl<'a> Packet<'a> {
         let end = &followed.end;
         let u = end.u[0].v;
         let rate = Factors::new(&self.spin, end).twist(u);
-        let (sin, cos) = end.chi.v.sin_cos();
+        let (sin, cos) = (Numbers::from_fn(|i| end.chi.v.lane(i).sin()), Numbers::from_fn(|i| end.chi.v.lane(i).cos()));
         let about = |v: Vectors| Vectors { x: cos * v.x - sin * v.y, y: sin * v.x + cos * v.y, z: v.z };
         let vector = |i: usize, of: &dyn Fn(usize, usize) -> Numbers| Vectors { x: of(i, 0), y: of(i, 1), z: of(i, 2) };
         let top = vector(0, &|i, k| end.n[i][k].v).normalize();
@@ -249,7 +250,7 @@ impl<'a> Packet<'a> {
         }
         let sine = start.d.dot(start.across);
         let across = start.across.plus(self.inward.cross(start.across), b / sine).normalize();
-        let (edge, from) = (start.edge + start.slope * b, start.from * a.exp());
+        let (edge, from) = (start.edge + start.slope * b, start.from * Numbers::from_fn(|i| a.lane(i).exp()));
         self.launched(Start { across, edge, from, ..start })
     }
 }

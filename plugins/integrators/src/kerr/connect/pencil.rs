@@ -24,9 +24,9 @@ impl<F: Real, const D: usize> Pencil<F, D> {
     pub fn plus(self, a: Self, b: Self) -> Self {
         let mut d = self.d;
         for i in 0..D {
-            d[i] = a.d[i].fma(b.v, a.v.fma(b.d[i], d[i]));
+            d[i] = a.d[i].times_plus(b.v, a.v.times_plus(b.d[i], d[i]));
         }
-        Self { v: a.v.fma(b.v, self.v), d }
+        Self { v: a.v.times_plus(b.v, self.v), d }
     }
 
     /// `self + a s`
@@ -34,9 +34,9 @@ impl<F: Real, const D: usize> Pencil<F, D> {
     pub fn plus_scaled(self, a: Self, s: F) -> Self {
         let mut d = self.d;
         for i in 0..D {
-            d[i] = a.d[i].fma(s, d[i]);
+            d[i] = a.d[i].times_plus(s, d[i]);
         }
-        Self { v: a.v.fma(s, self.v), d }
+        Self { v: a.v.times_plus(s, self.v), d }
     }
 
     /// Of the rays in `which` those of `self`, of the others those of `o`.
@@ -99,7 +99,7 @@ impl<F: Real, const D: usize> Mul for Pencil<F, D> {
     fn mul(self, o: Self) -> Self {
         let mut d = self.d;
         for i in 0..D {
-            d[i] = d[i].fma(o.v, self.v * o.d[i]);
+            d[i] = d[i].times_plus(o.v, self.v * o.d[i]);
         }
         Self { v: self.v * o.v, d }
     }

@@ -35,10 +35,10 @@ impl<F: Real, const D: usize> Sum<F, D> {
     /// Adds the product of two numbers, and the derivatives of that if they are `wanted`.
     #[inline(always)]
     fn add(&mut self, a: &Pencil<F, D>, b: &Pencil<F, D>, wanted: bool) {
-        self.v = a.v.fma(b.v, self.v);
+        self.v = a.v.times_plus(b.v, self.v);
         if wanted {
             for i in 0..D {
-                self.d[i] = [a.d[i].fma(b.v, self.d[i][0]), a.v.fma(b.d[i], self.d[i][1])];
+                self.d[i] = [a.d[i].times_plus(b.v, self.d[i][0]), a.v.times_plus(b.d[i], self.d[i][1])];
             }
         }
     }
@@ -139,10 +139,10 @@ impl<F: Real, const N: usize, const D: usize, const M: usize> Series<F, N, D, M>
         let (mut value, mut slope) = (last, last * F::splat((N - 1) as f64));
         for k in (1..N - 1).rev() {
             let c = self.u[k].v;
-            value = value.fma(h, c);
-            slope = slope.fma(h, c * F::splat(k as f64));
+            value = value.times_plus(h, c);
+            slope = slope.times_plus(h, c * F::splat(k as f64));
         }
-        [value.fma(h, self.u[0].v), slope]
+        [value.times_plus(h, self.u[0].v), slope]
     }
 
     /// The state after the times `h`.
@@ -175,10 +175,10 @@ fn horner<F: Real>(c: impl Fn(usize) -> F, terms: usize, h: F) -> [F; 2] {
     let mut value = c(terms - 1);
     let mut slope = value;
     for k in (1..terms - 1).rev() {
-        value = value.fma(h, c(k));
-        slope = slope.fma(h, value);
+        value = value.times_plus(h, c(k));
+        slope = slope.times_plus(h, value);
     }
-    [value.fma(h, c(0)), slope]
+    [value.times_plus(h, c(0)), slope]
 }
 
 /// About the root of the given degree, not too large: a logarithm is the bits of a number, nearly.
