@@ -42,6 +42,7 @@ mod instances;
 mod layers;
 mod lensing;
 mod limits;
+mod loading;
 mod memory;
 mod models;
 mod motions;

@@ -107,7 +107,7 @@ fn what_is_lost_is_told_and_the_current_material_counts() {
     let expected = [
         "`in/a b.mtl`: line 6: `Kd` needs three numbers, and is not read",
         "pictures of `in/a.obj` are not there: `b.png`, `no.png`: its materials do without them",
-        "statements of the materials of `in/a.obj` are not read: `decal`, `refl`: the picture lacks what they add, such as small relief",
+        "statements of the materials of `in/a.obj` are not read: `decal`, `refl`: the picture lacks what they add",
     ];
     assert_eq!(pictures, expected);
     // Who says so gets none of them, and hears nothing.

@@ -42,12 +42,20 @@ fn statements_are_read_in_every_program_s_way() {
 
 #[test]
 fn pictures_have_options_and_any_name() {
-    let plain = Map { path: "a b.png".into(), scale: [1.0; 2], offset: [0.0; 2], clamp: false, channel: None, gain: 1.0 };
+    let (scale, offset) = ([1.0; 2], [0.0; 2]);
+    let plain = Map { path: "a b.png".into(), scale, offset, clamp: false, channel: None, gain: 1.0, bump: 1.0 };
     assert_eq!(map("map_Kd a b.png", "map_Kd"), plain);
     assert_eq!(map("map_kd \"a b.png\"", "map_Kd"), plain);
     let placed = map("map_Kd -s 2 3 1 -o 0.5 -0.25 -blendu on -bm 1.5 -clamp on -mm 0 0.5 textures\\a b.png", "map_Kd");
-    let expected =
-        Map { path: "textures/a b.png".into(), scale: [2.0, 3.0], offset: [0.5, -0.25], clamp: true, gain: 0.5, ..plain.clone() };
+    let expected = Map {
+        path: "textures/a b.png".into(),
+        scale: [2.0, 3.0],
+        offset: [0.5, -0.25],
+        clamp: true,
+        gain: 0.5,
+        bump: 1.5,
+        ..plain.clone()
+    };
     assert_eq!(placed, expected);
     // Fewer numbers than there may be; a name that begins with a digit is none.
     assert_eq!(map("map_Kd -s 2 wood.png", "map_Kd").scale, [2.0, 1.0]);
@@ -55,8 +63,9 @@ fn pictures_have_options_and_any_name() {
     assert_eq!(map("map_d -imfchan m C:\\work\\leaf.tga", "map_d").channel, Some('m'));
     assert_eq!(map("map_opacity leaf.png", "map_d").path, "leaf.png");
     let m = one("map_Bump -bm 0.2 b.png\nnorm n.png\nmap_Ks s.png\nmap_Ka a.png\nmap_Pr r.png\nmap_Pm m.png\nmap_Ke e.png");
-    assert_eq!(m.unread, ["map_Bump", "norm", "map_Ks"]);
-    assert_eq!(m.maps.len(), 3);
+    assert_eq!(m.unread, ["map_Ks"]);
+    assert_eq!((m.maps.len(), m.maps["map_Bump"].bump, m.maps["norm"].path.as_str()), (5, 0.2, "n.png"));
+    assert_eq!(map("bump b.png", "map_Bump").path, map("map_Kn b.png", "norm").path);
 }
 
 #[test]

@@ -39,7 +39,7 @@ fn mean(image: &Image) -> [f64; 3] {
     };
     // An odd step meets all columns of a picture whose width is even.
     let (mut sum, mut n) = ([0.0; 3], 0.0);
-    for i in (0..count).step_by(count / ABOUT | 1) {
+    for i in (0..count).step_by((count / ABOUT) | 1) {
         sum.iter_mut().zip(texel(i)).for_each(|(sum, x)| *sum += x);
         n += 1.0;
     }

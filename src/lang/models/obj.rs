@@ -56,7 +56,7 @@ impl Resolver<'_> {
                 file.path,
                 few(unread.iter().map(String::as_str))
             );
-            self.found.push(file.warning("unread-statements", message, "the picture lacks what they add, such as small relief"));
+            self.found.push(file.warning("unread-statements", message, "the picture lacks what they add"));
         }
         let (before, state) = (self.state.clone(), self.state_of_model());
         for (name, directives) in groups.into_iter().zip(made) {
