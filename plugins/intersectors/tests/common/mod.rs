@@ -192,6 +192,9 @@ pub fn ball(center: DVec3, radius: f64) -> Geometry {
     Geometry::Analytic(Arc::new(Ball { center, radius }))
 }
 
+/// What Embree is told, so that it takes the same code as for us: other code rounds otherwise.
+const SAME_CODE: Option<&str> = if cfg!(target_arch = "x86_64") { Some("isa=sse4.2") } else { None };
+
 /// What embree4-rs says, which calls the same library by other code.
 pub struct Peer(embree4_rs::CommittedScene);
 
@@ -201,7 +204,7 @@ const _: () =
 
 impl Peer {
     pub fn new(mesh: &TriangleMesh) -> Self {
-        let device = embree4_rs::Device::try_new(None).unwrap();
+        let device = embree4_rs::Device::try_new(SAME_CODE).unwrap();
         let positions: Vec<_> = mesh.positions.iter().map(|p| (p[0], p[1], p[2])).collect();
         let triangles: Vec<_> = mesh.triangles.iter().map(|t| (t[0], t[1], t[2])).collect();
         let geometry = embree4_rs::geometry::TriangleMeshGeometry::try_new(&device, &positions, &triangles).unwrap();
