@@ -5,6 +5,7 @@ use bhs::lang::variables::parse_definition;
 use bhs::lang::{LARGEST_SEED, Overrides, Variables};
 use bhs::look::{LookChanges, bloom, tone_curve};
 use bhs::memory::picture::TooLarge;
+use bhs_core::sampling::NoiseTarget;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -22,6 +23,9 @@ pub fn variables(given: &BTreeMap<String, f64>) -> Result<Variables, Fault> {
 #[pyo3(from_item_all)]
 pub struct RenderOptions {
     spp: Option<u32>,
+    noise: Option<f64>,
+    /// Samples a pixel at least, with `noise` or `time`.
+    pub min_spp: Option<u32>,
     seed: Option<u64>,
     resolution: Option<[u32; 2]>,
     crop: Option<[f64; 4]>,
@@ -48,9 +52,16 @@ impl RenderOptions {
         if self.resolution.is_some_and(|size| size.iter().any(|side| !(1..=65_536).contains(side))) {
             return Err(Fault::new("resolution: expected width and height in pixels, from 1 to 65536 each"));
         }
+        if self.noise.is_some_and(|noise| !NoiseTarget::takes(noise)) {
+            return Err(Fault::new(format!("noise: {}", NoiseTarget::EXPECTED)));
+        }
+        if self.min_spp == Some(0) {
+            return Err(Fault::new("min_spp: expected at least 1"));
+        }
         let guides = bhs::denoise::LAYERS.iter().filter(|_| self.denoise).map(|name| (*name).to_owned());
         Ok(Overrides {
             spp: self.spp,
+            noise: self.noise,
             seed: self.seed,
             resolution: self.resolution,
             crop: self.crop,

@@ -22,7 +22,7 @@ mod module {
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
-    use super::tools::{compare, develop, run};
+    use super::tools::{choose_vectors, compare, develop, run, vectors};
 
     /// The version of bhs.
     #[pymodule_export]

@@ -5,12 +5,13 @@ use crate::fault::Fault;
 use crate::picture::Picture;
 use crate::scene::{Made, Maker, Origin};
 use bhs::denoise::{self, Denoiser};
+use bhs::film::PixelNoise;
 use bhs::finished::{self, Finished};
 use bhs::lang::{BuiltScene, Overrides};
 use bhs::memory::picture::check_shown;
 use bhs::not_finite::{self, SampleId};
 use bhs::progress::{Progress, ProgressForm, Reached};
-use bhs::render::{Job, Limits, RenderState};
+use bhs::render::{JUDGED_FROM, Job, Limits, RenderState};
 use bhs::signals::Signals;
 use bhs::stats::Phases;
 use bhs::{diagnosis, threads};
@@ -83,7 +84,9 @@ impl Under {
             options.denoise.then(|| Denoiser::load(threads::count(options.threads))).transpose().map_err(anyhow::Error::from)?;
         let made = self.scene()?;
         let built = &made.built;
-        let besides = if options.denoise { denoise::bytes(pixels(built), channels(built)) } else { 0 };
+        let denoising = if options.denoise { denoise::bytes(pixels(built), channels(built)) } else { 0 };
+        let is_adaptive = built.sampler.noise_target().is_some();
+        let besides = denoising + if is_adaptive { pixels(built) * size_of::<PixelNoise>() as u64 } else { 0 };
         if let Some(Diagnostic { message, help, .. }) = check_shown(&*built.film, &built.layers, built.look.bloom, besides) {
             return Err(Fault::new([Some(message), help].into_iter().flatten().collect::<Vec<_>>().join("; ")));
         }
@@ -91,7 +94,12 @@ impl Under {
 
         let pool = threads::start(options.threads)?;
         let most = built.sampler.samples_per_pixel();
-        let limits = Limits { time: options.limit()?, ..Limits::of(&*built.sampler) };
+        let limits = Limits {
+            most,
+            least: options.min_spp.unwrap_or(1).min(most),
+            judged_from: options.min_spp.unwrap_or(JUDGED_FROM),
+            time: options.limit()?,
+        };
         let all = pixels(built) * u64::from(most);
         let progress = self.progress.get_or_init(|| Progress::new([all, 1], ProgressForm::None, [0, 1]));
         progress.picture(String::new(), 0, limits.time);

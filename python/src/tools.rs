@@ -9,6 +9,7 @@ use bhs::develop::{Content, input::Input};
 use bhs::difference::Difference;
 use bhs::{image, program};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -118,4 +119,18 @@ pub fn develop<'py>(
 pub fn run(py: Python, words: Vec<OsString>) {
     let code = py.detach(|| program::run(&words));
     std::process::exit(i32::from(code));
+}
+
+/// The level of processors that this module was built for.
+#[pyfunction]
+pub fn vectors() -> &'static str {
+    bhs::vectors::own()
+}
+
+/// The one of these levels that suits the processor, or that is asked for.
+#[pyfunction]
+#[allow(clippy::needless_pass_by_value)] // Python hands over what is its own
+pub fn choose_vectors(asked: Option<String>, names: Vec<String>) -> PyResult<String> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    bhs::vectors::choose(asked.as_deref(), &names).map(str::to_owned).map_err(PyImportError::new_err)
 }

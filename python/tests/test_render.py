@@ -35,6 +35,7 @@ def same_bits(a, b):
         (["--resolution", "20x10", "--crop", "0.25,1,0,0.5"], {"resolution": (20, 10), "crop": (0.25, 1, 0, 0.5)}),
         (["--aov", "impactparameter", "--transport", "hemisphere"], {"layers": ["impactparameter"], "transport": "hemisphere"}),
         (["--quick", "--integrator", "exact", "--threads", "1"], {"quick": True, "integrator": "exact", "threads": 1}),
+        (["--noise", "0.05", "--spp", "64", "--min-spp", "8"], {"noise": 0.05, "spp": 64, "min_spp": 8}),
         (["--exposure", "auto", "--tonecurve", "aces", "--bits", "16"], {"exposure": "auto", "tonecurve": "aces", "bits": 16}),
     ],
 )
@@ -109,6 +110,8 @@ def test_a_scene_whose_files_change_is_refused(room):
         ({"exposure": "bright"}, "number of stops"),
         ({"tonecurve": "film"}, "expected clip"),
         ({"time": -1}, "number of seconds"),
+        ({"noise": 0}, "noise: expected"),
+        ({"min_spp": 0}, "at least 1"),
         ({"resolution": (65536, 65536)}, "too large"),
     ],
 )

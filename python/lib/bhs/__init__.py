@@ -12,7 +12,11 @@ escaped 6.0
 The scene language is described in grammar/README.md of the repository, these functions in docs/python.md.
 """
 
-from ._bhs import __version__
+from . import _vectors
+
+_vectors.load()  # before anything else imports what is compiled
+
+from ._bhs import __version__  # noqa: E402
 from ._errors import Diagnostic, Error, SceneWarning
 from ._picture import Comparison, Picture, compare, develop
 from ._progress import Progress

@@ -116,12 +116,15 @@ class Scene:
         bits: int | None = None,
         denoise: bool = False,
         time: float | None = None,
+        noise: float | None = None,
+        min_spp: int | None = None,
         threads: int | None = None,
         progress: ProgressOption = None,
     ) -> Picture:
         """Renders the picture of a camera, of the first one unless `camera` names another, as `bhs render` does with flags of these names: the numbers are the same.
 
-        `layers` are recorded besides those of the scene (`--aov`). `time` (s) ends it early. `progress` is called about twenty times a second with a
+        `layers` are recorded besides those of the scene (`--aov`). `time` (s) ends it early. `noise` gives each pixel samples until its
+        noise is below it, `spp` of them at most; `min_spp` is the least with either. `progress` is called about twenty times a second with a
         `bhs.Progress`, or `True` for a bar of tqdm. Other Python threads go on meanwhile, and Ctrl-C stops it.
         """
         options: dict[str, Any] = {
@@ -137,6 +140,8 @@ class Scene:
             "look": look_words(exposure, tonecurve, white, bloom, bits),
             "denoise": denoise,
             "time": time,
+            "noise": noise,
+            "min_spp": _whole("min_spp", min_spp, 32),
             "threads": _whole("threads", threads, 32),
         }
         with shown(progress) as callback:
