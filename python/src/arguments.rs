@@ -5,7 +5,7 @@ use bhs::lang::variables::parse_definition;
 use bhs::lang::{LARGEST_SEED, Overrides, Variables};
 use bhs::look::{LookChanges, bloom, tone_curve};
 use bhs::memory::picture::TooLarge;
-use bhs_core::sampling::NoiseTarget;
+use bhs_core::sampling::{NoiseOver, NoiseTarget};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -24,6 +24,7 @@ pub fn variables(given: &BTreeMap<String, f64>) -> Result<Variables, Fault> {
 pub struct RenderOptions {
     spp: Option<u32>,
     noise: Option<f64>,
+    noise_over: Option<String>,
     /// Samples a pixel at least, with `noise` or `time`.
     pub min_spp: Option<u32>,
     seed: Option<u64>,
@@ -55,6 +56,8 @@ impl RenderOptions {
         if self.noise.is_some_and(|noise| !NoiseTarget::takes(noise)) {
             return Err(Fault::new(format!("noise: {}", NoiseTarget::EXPECTED)));
         }
+        let noise_over = self.noise_over.as_deref().map(|name| NoiseOver::find(name).ok_or(NoiseOver::EXPECTED)).transpose();
+        let noise_over = noise_over.map_err(|expected| Fault::new(format!("noise_over: {expected}")))?;
         if self.min_spp == Some(0) {
             return Err(Fault::new("min_spp: expected at least 1"));
         }
@@ -62,6 +65,7 @@ impl RenderOptions {
         Ok(Overrides {
             spp: self.spp,
             noise: self.noise,
+            noise_over,
             seed: self.seed,
             resolution: self.resolution,
             crop: self.crop,

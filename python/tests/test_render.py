@@ -36,6 +36,7 @@ def same_bits(a, b):
         (["--aov", "impactparameter", "--transport", "hemisphere"], {"layers": ["impactparameter"], "transport": "hemisphere"}),
         (["--quick", "--integrator", "exact", "--threads", "1"], {"quick": True, "integrator": "exact", "threads": 1}),
         (["--noise", "0.05", "--spp", "64", "--min-spp", "8"], {"noise": 0.05, "spp": 64, "min_spp": 8}),
+        (["--noise", "0.1", "--spp", "64", "--noise-over", "picture"], {"noise": 0.1, "spp": 64, "noise_over": "picture"}),
         (["--exposure", "auto", "--tonecurve", "aces", "--bits", "16"], {"exposure": "auto", "tonecurve": "aces", "bits": 16}),
     ],
 )
@@ -112,6 +113,7 @@ def test_a_scene_whose_files_change_is_refused(room):
         ({"time": -1}, "number of seconds"),
         ({"noise": 0}, "noise: expected"),
         ({"min_spp": 0}, "at least 1"),
+        ({"noise_over": "room"}, "expected `pixel` or `picture`"),
         ({"resolution": (65536, 65536)}, "too large"),
     ],
 )

@@ -21,7 +21,7 @@ pub(super) fn noise(text: &str) -> Result<f64, String> {
 
 /// What has to have so little noise.
 pub(super) fn noise_over(text: &str) -> Result<NoiseOver, String> {
-    NoiseOver::find(text).ok_or_else(|| "expected `pixel` or `picture`".to_owned())
+    NoiseOver::find(text).ok_or_else(|| NoiseOver::EXPECTED.to_owned())
 }
 
 /// A time in seconds.

@@ -68,6 +68,9 @@ pub enum NoiseOver {
 }
 
 impl NoiseOver {
+    /// What is expected of its name, in words.
+    pub const EXPECTED: &str = "expected `pixel` or `picture`";
+
     /// What scenes and the command line call it.
     pub fn name(self) -> &'static str {
         match self {

@@ -39,7 +39,7 @@ impl Amount {
         let about = "`pixel`: each pixel has less noise than that; `picture`: the root of their mean square is less";
         let over = p.get("noiseover", NoiseOver::Pixel.name().to_owned(), "", about);
         let over = NoiseOver::find(&over).unwrap_or_else(|| {
-            p.reject("noiseover", format!("noise is not over a `{over}`"), "expected `pixel` or `picture`");
+            p.reject("noiseover", format!("noise is not over a `{over}`"), NoiseOver::EXPECTED);
             NoiseOver::Pixel
         });
         for name in ["noisemeasure", "noiseover"] {

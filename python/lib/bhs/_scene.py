@@ -117,6 +117,7 @@ class Scene:
         denoise: bool = False,
         time: float | None = None,
         noise: float | None = None,
+        noise_over: str | None = None,
         min_spp: int | None = None,
         threads: int | None = None,
         progress: ProgressOption = None,
@@ -124,7 +125,8 @@ class Scene:
         """Renders the picture of a camera, of the first one unless `camera` names another, as `bhs render` does with flags of these names: the numbers are the same.
 
         `layers` are recorded besides those of the scene (`--aov`). `time` (s) ends it early. `noise` gives each pixel samples until its
-        noise is below it, `spp` of them at most; `min_spp` is the least with either. `progress` is called about twenty times a second with a
+        noise is below it, or with `noise_over="picture"` the picture as a whole, `spp` of them at most; `min_spp` is the least with either.
+        `progress` is called about twenty times a second with a
         `bhs.Progress`, or `True` for a bar of tqdm. Other Python threads go on meanwhile, and Ctrl-C stops it.
         """
         options: dict[str, Any] = {
@@ -141,6 +143,7 @@ class Scene:
             "denoise": denoise,
             "time": time,
             "noise": noise,
+            "noise_over": noise_over,
             "min_spp": _whole("min_spp", min_spp, 32),
             "threads": _whole("threads", threads, 32),
         }
