@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 try:
@@ -31,10 +31,10 @@ def say(text):
     print("bhs set-up: " + text, file=sys.stderr, flush=True)
 
 
-def run_main(main):
-    """Runs `main` alone on this checkout; a Failure becomes a message and exit status 1."""
+def run_main(main, alone=True):
+    """Runs `main`, alone on this checkout unless it starts set-up scripts itself; a Failure becomes a message and exit status 1."""
     try:
-        with locked():
+        with locked() if alone else nullcontext():
             main()
     except Failure as failure:
         sys.exit("bhs set-up: " + str(failure))

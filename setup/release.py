@@ -47,8 +47,10 @@ def main():
 
 def make(out):
     """Archive, wheel, checksums, notes."""
-    shutil.rmtree(out, ignore_errors=True)
-    out.mkdir(parents=True)
+    out.mkdir(parents=True, exist_ok=True)
+    # Of the release before; whatever else lies there is not ours.
+    for former in [path for pattern in ("bhs-*.tar.gz", "bhs-*.whl", "NOTES.md", "SHA256SUMS") for path in out.glob(pattern)]:
+        former.unlink()
     run(["sh", "-eu", "-c", 'root=$1; . "$root/setup/prepare.sh"; prepare_tools; cd -- "$root"; prepare_crates', "sh", str(ROOT)])
     programs = {level: build(level) for level in levels()}
     libraries = embree_libraries()
@@ -56,7 +58,7 @@ def make(out):
     archive(out, programs, libraries, glibc)
     run([sys.executable, str(ROOT / "python" / "build_wheel.py"), "--out", str(out)])
     write_whole(out / "NOTES.md", notes(glibc).encode())
-    files = sorted(path for path in out.iterdir() if path.name != "SHA256SUMS")
+    files = sorted([*out.glob("bhs-*.tar.gz"), *out.glob("bhs-*.whl"), out / "NOTES.md"])
     write_whole(out / "SHA256SUMS", "".join("%s  %s\n" % (hashlib.sha256(f.read_bytes()).hexdigest(), f.name) for f in files).encode())
     say("made: " + ", ".join("%s (%.1f MB)" % (f.name, f.stat().st_size / 1e6) for f in files))
 
@@ -203,4 +205,4 @@ def notes(glibc):
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, alone=False)
