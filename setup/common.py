@@ -157,8 +157,17 @@ def unpack(wheel, folder, keep):
 
 
 def levels():
-    """The levels of processors that downloads have code for, from the lowest (src/vectors.rs); `None` where there is one code for all."""
-    return ["x86-64-v2", "x86-64-v3", "x86-64-v4"] if platform.machine() in ("x86_64", "AMD64") else [None]
+    """The levels of processors that downloads have code for, from the lowest (src/vectors.rs); `None` where there is one code for all.
+
+    `BHS_LEVELS` names fewer of them, with commas between.
+    """
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return [None]
+    every = ["x86-64-v2", "x86-64-v3", "x86-64-v4"]
+    asked = os.environ.get("BHS_LEVELS", ",".join(every)).split(",")
+    if unknown := [level for level in asked if level not in every]:
+        raise Failure("BHS_LEVELS has `%s`; there are %s" % (unknown[0], ", ".join(every)))
+    return [level for level in every if level in asked]
 
 
 def level_environment(level):
