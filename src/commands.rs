@@ -3,7 +3,6 @@
 use crate::cli::{Cli, Command, Definitions, PictureArgs, SceneArgs};
 use crate::files::{self, Root};
 use crate::lang::{self, BuiltScene, Labels, Overrides, SourceMap, Variables};
-use crate::loading::Told;
 use crate::memory::picture::TooLarge;
 use crate::output::{OutputFile, Plan};
 use crate::progress::ProgressForm;
@@ -145,7 +144,7 @@ fn load(scene: &Path, overrides: &Overrides, common: &Common) -> Option<(BuiltSc
 /// The same, with what its shapes and lights are called.
 fn load_labelled(scene: &Path, overrides: &Overrides, common: &Common) -> Option<(BuiltScene, Labels, SourceMap)> {
     let mut sources = common.sources();
-    let told = common.tells_loading.then(|| Told::of(sources.loading()));
+    let told = common.tells_loading.then(|| sources.loading().tell());
     let loaded = lang::load_labelled(scene, &Registry::builtin(), overrides, &mut sources);
     drop(told);
     match loaded {

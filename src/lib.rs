@@ -52,6 +52,7 @@ pub mod signals;
 pub mod sky_points;
 pub mod stats;
 pub mod threads;
+pub mod ticker;
 pub mod trace;
 pub mod vectors;
 pub mod watch;

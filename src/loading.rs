@@ -1,10 +1,9 @@
 //! How far the loading of a scene has come: who loads counts, and somebody else tells.
 
 use crate::say;
+use crate::ticker::Ticker;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Time before the first line, and between two.
@@ -40,37 +39,11 @@ impl Loading {
             _ => format!("{read}, all shapes made, surfaces are sorted by place"),
         }
     }
-}
 
-/// Tells how far loading is, every few seconds until it is dropped.
-pub struct Told {
-    until: Option<Sender<()>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Told {
-    /// Tells of `loading`, unless it is soon done.
-    pub fn of(loading: &Arc<Loading>) -> Self {
-        let (until, end) = mpsc::channel::<()>();
-        let (loading, start) = (Arc::clone(loading), Instant::now());
-        let write = move || {
-            while end.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
-                say!("loading: {:.0} s, {}", start.elapsed().as_secs_f64(), loading.words());
-            }
-        };
-        // Without a thread nothing is told, and the scene is loaded all the same.
-        let thread = std::thread::Builder::new().name("loading".to_owned()).spawn(write).ok();
-        Self { until: Some(until), thread }
-    }
-}
-
-impl Drop for Told {
-    fn drop(&mut self) {
-        self.until = None;
-        if let Some(thread) = self.thread.take() {
-            // It has nothing to return, and what it may have failed at was told.
-            let _ = thread.join();
-        }
+    /// Tells how far it is, every few seconds until what comes back is dropped; nothing if that is soon.
+    pub fn tell(self: &Arc<Self>) -> Ticker {
+        let (loading, start) = (Arc::clone(self), Instant::now());
+        Ticker::start("loading", || EVERY, move || say!("loading: {:.0} s, {}", start.elapsed().as_secs_f64(), loading.words()))
     }
 }
 

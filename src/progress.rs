@@ -8,12 +8,11 @@ mod tally;
 pub use form::ProgressForm;
 
 use crate::message;
+use crate::ticker::Ticker;
 use bhs_core::sampling::MOST_SAMPLES;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 use std::sync::Arc;
-use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 pub use tally::Reached;
 use tally::{Picture, Tally};
@@ -35,15 +34,11 @@ pub struct Progress {
 enum Shown {
     Nowhere,
     Bar(ProgressBar),
-    /// By a thread of its own, which ends once the sender is gone.
-    Lines(Lines),
-}
-
-/// The thread that writes lines.
-struct Lines {
-    form: ProgressForm,
-    until: Option<Sender<()>>,
-    thread: Option<JoinHandle<()>>,
+    /// By a thread of its own.
+    Lines {
+        form: ProgressForm,
+        _writer: Ticker,
+    },
 }
 
 impl Progress {
@@ -64,17 +59,9 @@ impl Progress {
                 Shown::Bar(bar)
             }
             ProgressForm::Lines | ProgressForm::Json | ProgressForm::Openjd => {
-                let (until, end) = mpsc::channel();
-                let of_thread = Arc::clone(&tally);
-                let write = move || loop {
-                    if end.recv_timeout(interval(form, of_thread.since())) != Err(RecvTimeoutError::Timeout) {
-                        return;
-                    }
-                    tell(form, &of_thread.reached());
-                };
-                // Without a thread nothing is shown, and the picture is made all the same.
-                let thread = std::thread::Builder::new().name("progress".to_owned()).spawn(write).ok();
-                Shown::Lines(Lines { form, until: Some(until), thread })
+                let (of_interval, of_line) = (Arc::clone(&tally), Arc::clone(&tally));
+                let (pause, line) = (move || interval(form, of_interval.since()), move || tell(form, &of_line.reached()));
+                Shown::Lines { form, _writer: Ticker::start("progress", pause, line) }
             }
         };
         Self { tally, shown }
@@ -140,10 +127,10 @@ impl Progress {
     pub fn picture_done(&self, spp: u32, whole: bool) {
         self.tally.picture_done(spp, whole);
         // Short renders end before the first line is due; programs hear of them all the same.
-        if let Shown::Lines(lines) = &self.shown
-            && lines.form != ProgressForm::Lines
+        if let Shown::Lines { form, .. } = &self.shown
+            && *form != ProgressForm::Lines
         {
-            tell(lines.form, &self.tally.reached());
+            tell(*form, &self.tally.reached());
         }
     }
 
@@ -164,16 +151,6 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.finish();
-    }
-}
-
-impl Drop for Lines {
-    fn drop(&mut self) {
-        self.until.take();
-        if let Some(thread) = self.thread.take() {
-            // A thread that has panicked has said so.
-            let _ = thread.join();
-        }
     }
 }
 
