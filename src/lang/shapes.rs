@@ -11,11 +11,11 @@ use crate::lang::parts::{ObjectPart, Part};
 use crate::lang::pictured::Pictured;
 use crate::lang::source::{Side as SideReader, SourceMap};
 use crate::lang::strands::Strands;
-use crate::registry::Registry;
+use crate::registry::{Registry, bare_context};
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::Shape;
 use bhs_core::motion::Motion;
-use bhs_core::params::{Context, Nameless, Params};
+use bhs_core::params::{Context, Params};
 use rayon::prelude::*;
 
 /// Shapes that are made side by side.
@@ -56,17 +56,9 @@ impl Maker<'_> {
         }
         let aside = |shape: &ShapeEntity| {
             let files = SideReader::new(self.sources);
-            let made = {
-                let (resolution, lambda_range) = (self.resolution, self.lambda_range);
-                let (files, spectra, named) = (&files, self.registry.spectra(), &Nameless);
-                let world_from_object = glam::DAffine3::IDENTITY;
-                let reverse_orientation = false;
-                let seed = self.seed;
-                self.make(
-                    shape,
-                    Context { files, spectra, named, world_from_object, reverse_orientation, resolution, lambda_range, seed },
-                )
-            };
+            let (resolution, lambda_range, seed) = (self.resolution, self.lambda_range, self.seed);
+            let context = Context { resolution, lambda_range, seed, ..bare_context(&files, self.registry.spectra()) };
+            let made = self.make(shape, context);
             files.finish().map(|read| (made, read))
         };
         let all: Vec<_> = shapes.par_iter().map(aside).collect();

@@ -32,14 +32,13 @@ impl Strands {
         parts: &mut [Part],
     ) -> Vec<WorldGeometry> {
         let is_plain = shape.entity.name.value == "curve" && shape.area_light.is_none() && shape.object.is_none() && !moves;
-        let [WorldGeometry::Mesh(mesh)] = surfaces.as_slice() else {
-            self.open = None;
-            return surfaces;
+        let mesh = match surfaces.as_slice() {
+            [WorldGeometry::Mesh(mesh)] if is_plain => mesh,
+            _ => {
+                self.open = None;
+                return surfaces;
+            }
         };
-        if !is_plain {
-            self.open = None;
-            return surfaces;
-        }
         let common = Common { material: shape.material, side: shape.entity.side, reverse_orientation: shape.reverse_orientation };
         if let Some((open, at)) = &self.open
             && *open == common
