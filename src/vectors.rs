@@ -12,44 +12,49 @@ use std::sync::OnceLock;
 /// The variable of the environment that names a level, in place of the best.
 pub const VARIABLE: &str = "BHS_VECTORS";
 
-/// A level of processors: its name, the widest vectors, and the features that the processor lacks.
+/// A level of processors.
 struct Level {
     name: &'static str,
+    /// The widest vectors.
     vectors: &'static str,
+    /// Whether this program was built for all of its features.
+    is_built_for: bool,
+    /// The features that the processor does not have.
     lacks: fn() -> Vec<&'static str>,
 }
 
-macro_rules! lacking {
-    ($($feature:tt)*) => {{
-        #[cfg(target_arch = "x86_64")]
-        let lacking = [$(($feature, std::arch::is_x86_feature_detected!($feature))),*];
-        #[cfg(not(target_arch = "x86_64"))]
-        let lacking = [$(($feature, false)),*];
-        lacking.into_iter().filter(|(_, is_there)| !is_there).map(|(name, _)| name).collect()
-    }};
+/// A level by its name, its vectors and its features.
+macro_rules! level {
+    ($name:literal, $vectors:literal, $($feature:tt)*) => {
+        Level {
+            name: $name,
+            vectors: $vectors,
+            is_built_for: cfg!(all($(target_feature = $feature),*)),
+            lacks: || {
+                #[cfg(target_arch = "x86_64")]
+                let lacking = [$(($feature, std::arch::is_x86_feature_detected!($feature))),*];
+                #[cfg(not(target_arch = "x86_64"))]
+                let lacking = [$(($feature, false)),*];
+                lacking.into_iter().filter(|(_, is_there)| !is_there).map(|(name, _)| name).collect()
+            },
+        }
+    };
 }
 
 /// From the lowest. A processor of a level is one of all below it.
 const LEVELS: [Level; 3] = [
-    Level { name: "x86-64-v2", vectors: "sse4.2", lacks: || lacking!("sse3" "ssse3" "sse4.1" "sse4.2" "popcnt") },
-    Level { name: "x86-64-v3", vectors: "avx2", lacks: || lacking!("avx" "avx2" "fma" "f16c" "bmi1" "bmi2" "lzcnt" "movbe") },
-    Level { name: "x86-64-v4", vectors: "avx512", lacks: || lacking!("avx512f" "avx512bw" "avx512cd" "avx512dq" "avx512vl") },
+    level!("x86-64-v2", "sse4.2", "sse3" "ssse3" "sse4.1" "sse4.2" "popcnt"),
+    level!("x86-64-v3", "avx2", "avx" "avx2" "fma" "f16c" "bmi1" "bmi2" "lzcnt" "movbe"),
+    level!("x86-64-v4", "avx512", "avx512f" "avx512bw" "avx512cd" "avx512dq" "avx512vl"),
 ];
 
 /// How many of [`LEVELS`] this program needs of its processor.
-const NEEDED: usize = if !cfg!(all(target_arch = "x86_64", target_feature = "sse4.2", target_feature = "popcnt")) {
-    0
-} else if !cfg!(all(target_feature = "avx2", target_feature = "fma", target_feature = "bmi2")) {
-    1
-} else if !cfg!(all(
-    target_feature = "avx512f",
-    target_feature = "avx512bw",
-    target_feature = "avx512dq",
-    target_feature = "avx512vl"
-)) {
-    2
-} else {
-    3
+const NEEDED: usize = {
+    let mut count = 0;
+    while count < LEVELS.len() && LEVELS[count].is_built_for {
+        count += 1;
+    }
+    count
 };
 
 /// The level that this program was built for: `x86-64-v3`, or the name of the architecture where it has no levels.
