@@ -185,7 +185,10 @@ impl<'a> RenderState<'a> {
             };
             let began = Instant::now();
             if !self.begin_wave(limits, progress, signals) {
-                return if signals.stop() { stopped() } else { Ended::Complete };
+                return Ended::Complete;
+            }
+            if signals.stop() {
+                return stopped();
             }
             progress.wave(done, limits.most);
             let over = || signals.stop() || deadline.is_some_and(|d| Instant::now() >= d);
@@ -206,8 +209,8 @@ impl<'a> RenderState<'a> {
         }
     }
 
-    /// Decides which pixels take part in the wave under way, and tells the transport's memory of it, once. False if none does: all have samples enough, or
-    /// a signal stops the render.
+    /// Decides which pixels take part in the wave under way, and tells the transport's memory of it, once. False if none does: all have samples enough.
+    /// Where a signal stops the render meanwhile, the memory may not be ready for it.
     fn begin_wave(&self, limits: &Limits, progress: &Progress, signals: &Signals) -> bool {
         let mut shared = self.shared_alone();
         let samples = shared.wave.samples();
@@ -229,7 +232,7 @@ impl<'a> RenderState<'a> {
             // It may have left off: then the wave begins anew whenever the render goes on.
             shared.is_begun = !signals.stop();
         }
-        shared.is_begun
+        true
     }
 
     /// Brings a tile to `end` samples a pixel; false if it is `over` before.
