@@ -47,14 +47,14 @@ def main():
 
 def make(out):
     """Archive, wheel, checksums, notes."""
-    out.mkdir(parents=True, exist_ok=True)
-    # Of the release before; whatever else lies there is not ours.
-    for former in [path for pattern in ("bhs-*.tar.gz", "bhs-*.whl", "NOTES.md", "SHA256SUMS") for path in out.glob(pattern)]:
-        former.unlink()
     run(["sh", "-eu", "-c", 'root=$1; . "$root/setup/prepare.sh"; prepare_tools; cd -- "$root"; prepare_crates', "sh", str(ROOT)])
     programs = {level: build(level) for level in levels()}
     libraries = embree_libraries()
     glibc = needed_glibc([*programs.values(), *libraries])
+    out.mkdir(parents=True, exist_ok=True)
+    # Of the release before, now that the programs of this one are there; whatever else lies in the folder is not ours.
+    for former in [*out.glob("bhs-*.tar.gz"), *out.glob("bhs-*.whl")]:
+        former.unlink()
     archive(out, programs, libraries, glibc)
     run([sys.executable, str(ROOT / "python" / "build_wheel.py"), "--out", str(out)])
     write_whole(out / "NOTES.md", notes(glibc).encode())
@@ -108,7 +108,7 @@ def archive(out, programs, libraries, glibc):
         for path in tracked(INCLUDED):
             (top / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / path, top / path)
-        own_words(top, output([str(top / "bin/bhs"), "man"]) is not None)
+        own_words(top)
         licences(top / "licences")
         write_whole(top / "INSTALL.md", install(glibc).encode())
         pack(top, out / (name + ".tar.gz"))
@@ -122,14 +122,15 @@ def tracked(names):
     return listed.splitlines()
 
 
-def own_words(top, runs):
+def own_words(top):
     """Completions and manual pages, which the program writes itself."""
-    if not runs:
-        raise Failure("the program that was built does not start from another folder")
     program = str(top / "bin" / "bhs")
+    manual = output([program, "man"])
+    if manual is None:
+        raise Failure("the program that was built does not start from another folder")
     for shell, name in SHELLS.items():
         write_whole(top / "share" / "completions" / name, (output([program, "completions", shell]) + "\n").encode())
-    commands = re.findall(r"^\.TP\nbhs\\-(\w+)\(1\)", output([program, "man"]), re.M)
+    commands = re.findall(r"^\.TP\nbhs\\-(\w+)\(1\)", manual, re.M)
     for command in [None, *commands]:
         page = output([program, "man", *([command] if command else [])])
         write_whole(top / "share" / "man" / "man1" / ("bhs%s.1" % ("-" + command if command else "")), (page + "\n").encode())
@@ -167,7 +168,7 @@ Unpack this anywhere; `bin/bhs` is the program, or a link to it from a folder of
     bin/bhs render scenes/cornell_hole.bhs
     python3 setup/meshes.py --all           # the meshes of other scenes, with npm or pip
 
-`bin/bhs` runs the code that suits the processor; `bhs --version --verbose` says which, and `BHS_VECTORS` names another (docs/farm.md). Completions for shells and
+`bin/bhs` runs the code that suits the processor; `bhs --version --verbose` says which, and `BHS_VECTORS` names another (docs/download.md). Completions for shells and
 manual pages are in `share`, licences in `licences`.
 """ % needs
 
