@@ -190,6 +190,13 @@ fn the_command_line_says_it_and_resumes_to_less_noise() {
         assert!(code != 0 && said.contains(word), "{said}");
     }
     folder.write("s.bhs", scene(r#""stratified""#));
-    let (code, said) = folder.run(&["render", "s.bhs", "--noise", "0.1"]);
-    assert!(code == 1 && said.contains("noise") && said.contains("sobol"), "{said}");
+    let (code, said) = folder.run(&["render", "s.bhs", "--noise", "0.1", "--noise-over", "picture"]);
+    assert!(code == 1 && said.contains("noise") && said.contains("sobol") && !said.contains("unknown"), "{said}");
+    // What noise is over means something where there is a target.
+    let said = run(&["--noise-over", "picture", "-o", "d.exr"]);
+    assert!(said.contains("`noiseover` does nothing here") && said.contains("--noise 0.02"), "{said}");
+    let (code, said) = folder.run(&["render", "scene.bhs", "--noise-over", "room"]);
+    assert!(code == 2 && said.contains("expected `pixel` or `picture`"), "{said}");
+    let (code, said) = folder.run(&["render", "scene.bhs", "--noise-over", "picture", "--part", "1/2", "-o", "3.bhspart"]);
+    assert!(code == 2 && said.contains("--noise-over belongs to --noise"), "{said}");
 }

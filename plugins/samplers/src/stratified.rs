@@ -42,8 +42,11 @@ fn build(p: &Params) -> Option<Box<dyn Sampler>> {
     let jitter = p.get("jitter", true, "", "whether samples lie anywhere in their part of a cell, or in its middle");
     if p.is_given("noise") {
         let why = "a pixel of this sampler has samples in all cells of its grid, and no other number of them; `sobol` and `independent` take `noise`";
-        // Read, so that it is not unknown besides.
+        // Read, so that it is not unknown besides, nor what belongs to it.
         p.optional::<f64>("noise", "", "");
+        for name in ["noisemeasure", "noiseover"] {
+            p.optional::<String>(name, "", "");
+        }
         p.reject("noise", "`stratified` cannot sample until the noise is low", why);
     }
     let about = "in place of `xsamples` and `ysamples`: so many, in a grid as square as can be";
