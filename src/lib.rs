@@ -38,6 +38,7 @@ pub mod message;
 pub mod not_finite;
 pub mod output;
 pub mod parts;
+pub mod patches;
 pub mod plot;
 pub mod plugins_table;
 pub mod point_picture;

@@ -19,6 +19,7 @@ use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
 use crate::memory::OutOfMemory;
 use crate::not_finite::{FirstSamples, SampleId};
+use crate::patches::patches;
 use crate::progress::Progress;
 use crate::sample::CameraSample;
 use crate::signals::{Signals, StopSignal};
@@ -134,17 +135,21 @@ impl TileWork<'_> {
         let pixels = tile.under_way(samples);
         let samples = samples as usize;
         let all = pixels.len() * samples;
-        let mut rest =
-            (position as usize..all).map(|at| (pixels[at / samples].0, pixels[at / samples].1 + (at % samples) as u32));
+        let mut rest = (position as usize..all).map(|at| (at / samples, pixels[at / samples].1 + (at % samples) as u32));
         let (mut seen, mut paths) = (ArrayVec::<CameraSample, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
         if all == 0 {
             tile.progress = TileProgress { first, done: end, end, position: 0 };
         }
+        // Of the pixels from the current one on.
+        let current = position as usize / samples;
+        let left: Vec<[u32; 2]> = pixels.iter().skip(current).map(|(i, _)| tile.pixel(*i)).collect();
+        let patches = patches(job, &left);
         while tile.progress.position > 0 || tile.progress.done < end {
-            for (i, index) in rest.by_ref().take(BATCH) {
-                let pixel = [tile.origin[0] + i as u32 % tile.size[0], tile.origin[1] + i as u32 / tile.size[0]];
+            for (at, index) in rest.by_ref().take(BATCH) {
+                let pixel = tile.pixel(pixels[at].0);
                 let stream = SampleStream::of_wave(job.sampler, pixel, index, self.wave);
-                let (sample, path) = CameraSample::new(job, self.wavelengths, SampleId { pixel, sample: index }, stream);
+                let (sample, mut path) = CameraSample::new(job, self.wavelengths, SampleId { pixel, sample: index }, stream);
+                path.patch = patches[at - current];
                 seen.push(sample);
                 paths.push(path);
             }

@@ -52,6 +52,7 @@ mod outputs;
 mod outside;
 mod pages;
 mod parts;
+mod patches;
 mod pbrt;
 mod pbrt_facts;
 mod point_light;

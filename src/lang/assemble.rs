@@ -107,7 +107,7 @@ pub(super) fn assemble(
     }
 
     // Surfaces and what they are made of.
-    let materials = parts.materials;
+    let (materials, wants_patches) = (parts.materials, parts.wants_patches);
     let default_material: Arc<dyn Material> = parts.default_material?.into();
     let (mut geometries, mut bindings, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
     // The places of their names.
@@ -218,7 +218,7 @@ pub(super) fn assemble(
     let (footprints, draws_points) = (view.footprints, view.draws_points);
     let depends_on_time = emitters.iter().any(|e| e.light.depends_on_time());
     let light_sampler = LightSampler { emitters, lights, sides, choice, depends_on_time };
-    let scene = Scene { world, integrator, shapes: bindings, light_sampler, footprints, draws_points };
+    let scene = Scene { world, integrator, shapes: bindings, light_sampler, footprints, draws_points, wants_patches };
     Some(Assembled { scene, view, further_views, integrator_name, load })
 }
 

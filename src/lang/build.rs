@@ -171,7 +171,7 @@ pub fn build(
     let names = Names::new(registry, &description);
     let area_light = |e: &Entity| PartAreaLight { span: e.name.span, light: names.make::<dyn AreaLight>(e, context) };
     let area_lights = description.area_lights.iter().map(|l| area_light(&l.entity)).collect();
-    let materials = names.make_all(context, &mut found);
+    let (materials, wants_patches) = names.make_all(context, &mut found);
     let mut pictured = Pictured::new(&description);
     description.materials = Vec::new();
     let (shapes, motions, objects) = build_shapes(&mut description, (registry, sources), context, (&mut pictured, &mut found));
@@ -196,6 +196,7 @@ pub fn build(
             .collect(),
         lambda_range: context.lambda_range,
         materials,
+        wants_patches,
         default_material: create::<dyn Material>(&settings.material, registry, context, &mut found),
         area_lights,
         lights: {

@@ -19,6 +19,7 @@ pub mod defaults;
 pub mod description;
 mod emitters;
 mod errors;
+mod faulty;
 mod film;
 mod foreign;
 pub mod format;

@@ -4,16 +4,16 @@
 
 use crate::lang::description::{Entity, MaterialEntity, SceneDescription, TextureEntity};
 use crate::lang::errors::{ErrorCount, Suggestions};
+use crate::lang::faulty::Faulty;
 use crate::lang::parse::MAX_ERRORS;
 use crate::registry::{Kind, Registry};
 use bhs_core::diagnostics::{Diagnostic, Span, Spanned, shorten};
 use bhs_core::image::Image;
-use bhs_core::material::{BsdfSample, Material, Shading};
+use bhs_core::material::Material;
 use bhs_core::params::{Context, Named, Nameless, Params};
-use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_core::spectrum::SpectrumRole;
 use bhs_core::texture::{Texture, TextureKind};
 use bhs_materials::bumps::Bumps;
-use glam::{Vec2, Vec3};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
@@ -54,6 +54,8 @@ pub(super) struct Names<'a> {
     running: Cell<u32>,
     /// Whether something has been found to be nested too deeply.
     too_deep: Cell<bool>,
+    /// Whether a texture that is used asks for the patch that a pixel sees.
+    wants_patches: Cell<bool>,
     suggestions: Suggestions,
     state: RefCell<State>,
 }
@@ -121,6 +123,7 @@ impl<'a> Names<'a> {
             incomplete: *incomplete,
             running: Cell::new(0),
             too_deep: Cell::new(false),
+            wants_patches: Cell::new(false),
             suggestions: Suggestions::default(),
             state: RefCell::new(state),
         }
@@ -131,8 +134,9 @@ impl<'a> Names<'a> {
         self.create_with::<T, ()>(entity, TextureKind::Float, true, &context, |_| None).0
     }
 
-    /// Makes all materials, and the textures that they ask for; in the order of the scene. All that is wrong goes to `found`.
-    pub fn make_all(self, context: Context, found: &mut Vec<Diagnostic>) -> Vec<Option<Arc<dyn Material>>> {
+    /// Makes all materials, and the textures that they ask for; in the order of the scene. All that is wrong goes to `found`. The second: whether a
+    /// texture asks for the patch that a pixel sees.
+    pub fn make_all(self, context: Context, found: &mut Vec<Diagnostic>) -> (Vec<Option<Arc<dyn Material>>>, bool) {
         for i in (0..self.materials.len()).filter(|i| self.materials[*i].used) {
             if self.too_many_errors() {
                 break;
@@ -177,7 +181,7 @@ impl<'a> Names<'a> {
             Some(Slot::Made(material, _)) => Some(material),
             _ => None,
         };
-        state.materials.into_iter().map(made).collect()
+        (state.materials.into_iter().map(made).collect(), self.wants_patches.get())
     }
 
     fn too_many_errors(&self) -> bool {
@@ -348,6 +352,10 @@ impl Named for View<'_, '_> {
         image
     }
 
+    fn wants_patches(&self) {
+        self.names.wants_patches.set(self.names.wants_patches.get() || self.used);
+    }
+
     fn kind(&self) -> TextureKind {
         self.kind
     }
@@ -356,39 +364,4 @@ impl Named for View<'_, '_> {
 fn made_of_itself(what: &str, name: &Spanned<String>) -> Box<Diagnostic> {
     let message = format!("{what} `{}` is made of itself", shorten(&name.value));
     Diagnostic::error("cycle", message).at(name.span, "").help("name another one").into()
-}
-
-/// Stands in for what is at fault, which has been reported: no light.
-struct Faulty;
-
-impl Texture for Faulty {
-    fn spectrum(&self, _: &Shading) -> SampledSpectrum {
-        SampledSpectrum::ZERO
-    }
-
-    fn float(&self, _: &Shading) -> f32 {
-        0.0
-    }
-
-    fn triple(&self, _: &Shading) -> Option<Vec3> {
-        Some(Vec3::ZERO)
-    }
-}
-
-impl Material for Faulty {
-    fn evaluate(&self, _: &Shading, _: Vec3, _: Vec3) -> SampledSpectrum {
-        SampledSpectrum::ZERO
-    }
-
-    fn pdf(&self, _: &Shading, _: Vec3, _: Vec3) -> f32 {
-        0.0
-    }
-
-    fn sample(&self, _: &Shading, _: Vec3, _: f32, _: Vec2) -> Option<BsdfSample> {
-        None
-    }
-
-    fn is_specular(&self) -> bool {
-        true
-    }
 }

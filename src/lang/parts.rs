@@ -25,6 +25,8 @@ pub(super) struct Parts {
     pub gravity: Option<Gravity>,
     pub lambda_range: [f32; 2],
     pub materials: Vec<Option<Arc<dyn Material>>>,
+    /// See [`bhs_engine::scene::Scene::wants_patches`].
+    pub wants_patches: bool,
     pub default_material: Option<Box<dyn Material>>,
     pub area_lights: Vec<PartAreaLight>,
     pub lights: Vec<PartLight>,

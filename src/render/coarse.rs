@@ -3,6 +3,7 @@
 use super::{CameraSample, Job};
 use crate::image::{Frame, Picture, single_precision};
 use crate::not_finite::SampleId;
+use crate::patches::patches;
 use arrayvec::ArrayVec;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::VisibleWavelengths;
@@ -28,6 +29,8 @@ pub fn coarse(job: &Job, side: u32, stop: impl Fn() -> bool + Sync) -> Option<Pi
         let (mut sums, mut weights) = (vec![0.0; columns as usize * n], vec![0.0; columns as usize]);
         // The middle of each square.
         let middle = |start: u32, square: u32, end: u32| (start + square * side + side / 2).min(end - 1);
+        let pixel = |column| [middle(x0, column, x1), middle(y0, row, y1)];
+        let patches = patches(job, &(0..columns).map(pixel).collect::<Vec<_>>());
         let mut left = (0..columns).flat_map(|column| (0..samples).map(move |index| (column, index))).peekable();
         while left.peek().is_some() {
             if stop() {
@@ -36,9 +39,10 @@ pub fn coarse(job: &Job, side: u32, stop: impl Fn() -> bool + Sync) -> Option<Pi
             let (mut seen, mut paths) = (ArrayVec::<CameraSample, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
             let mut squares = ArrayVec::<usize, BATCH>::new();
             for (column, index) in left.by_ref().take(BATCH) {
-                let pixel = [middle(x0, column, x1), middle(y0, row, y1)];
+                let pixel = pixel(column);
                 let stream = SampleStream::of_wave(job.sampler, pixel, index, 0);
-                let (sample, path) = CameraSample::new(job, &wavelengths, SampleId { pixel, sample: index }, stream);
+                let (sample, mut path) = CameraSample::new(job, &wavelengths, SampleId { pixel, sample: index }, stream);
+                path.patch = patches[column as usize];
                 squares.push(column as usize);
                 seen.push(sample);
                 paths.push(path);

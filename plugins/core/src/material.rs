@@ -25,12 +25,24 @@ pub struct Shading {
     /// How the surface lies in the shading frame: for materials that say [`Material::is_oriented`], and for others as if its texture coordinates
     /// were lengths along the axes.
     pub tangents: Tangents,
+    /// By what the point moves along the surface, world space, as the pixel that sees it is left by half its width, and by half its height: pictures
+    /// are blurred by it ([`crate::texture`]). Zero where that is not known; where it is, the tangents in world space are those of the surface.
+    pub beside: [Vec3; 2],
 }
 
 impl Shading {
     /// A point of which nothing is known but its texture coordinates and wavelengths.
     pub const fn at_uv(uv: Vec2, lambda_nm: [f32; N_LAMBDA]) -> Self {
-        Self { uv, second_uv: uv, colour: Vec4::ONE, lambda_nm, point: DVec3::ZERO, normal: Vec3::Z, tangents: Tangents::OF_AXES }
+        Self {
+            uv,
+            second_uv: uv,
+            colour: Vec4::ONE,
+            lambda_nm,
+            point: DVec3::ZERO,
+            normal: Vec3::Z,
+            tangents: Tangents::OF_AXES,
+            beside: [Vec3::ZERO; 2],
+        }
     }
 }
 

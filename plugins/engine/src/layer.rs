@@ -4,6 +4,7 @@
 //! found of the first piece of a camera's path ([`VisibleSurface`]). No ray is followed for it, but where it asks for a sum along the ray: a travel time,
 //! or an angle that is not known from its end.
 
+use crate::patch::Patch;
 use crate::scene::Scene;
 use crate::transport::{Behind, PathSample};
 use bhs_core::Plugin;
@@ -102,6 +103,8 @@ pub struct VisibleSurface<'s> {
     pub end: RayEnd,
     /// What is seen behind specular surfaces, if the ray ends at one and the path went on.
     behind: Option<Behind>,
+    /// What the pixel sees of the surface, where textures ask for it.
+    pub patch: Option<Patch>,
     surface: OnceCell<Option<SurfaceGeometry>>,
     observer: OnceCell<Option<Observer>>,
 }
@@ -110,14 +113,14 @@ impl<'s> VisibleSurface<'s> {
     /// What the camera ray of a path that has been followed sees.
     #[inline]
     pub fn new(scene: &'s Scene, path: &PathSample, camera_ratio: f64) -> Self {
-        Self { behind: path.behind, ..Self::of_ray(scene, path.ray, path.first, camera_ratio) }
+        Self { behind: path.behind, patch: path.patch, ..Self::of_ray(scene, path.ray, path.first, camera_ratio) }
     }
 
     /// What is seen along `ray` (render space), which has come to `end`.
     #[inline]
     pub fn of_ray(scene: &'s Scene, ray: Ray, end: RayEnd, camera_ratio: f64) -> Self {
         let (surface, observer) = (OnceCell::new(), OnceCell::new());
-        Self { scene, ray, camera_ratio, end, behind: None, surface, observer }
+        Self { scene, ray, camera_ratio, end, behind: None, patch: None, surface, observer }
     }
 
     /// The surface that is seen in mirrors and through smooth glass, and the share of its light that they leave; `None` where the ray itself meets a

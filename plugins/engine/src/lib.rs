@@ -13,6 +13,7 @@ pub mod forward;
 pub mod integrator;
 pub mod layer;
 pub mod light_sampling;
+pub mod patch;
 pub mod path_log;
 pub mod scene;
 mod shading_frame;

@@ -52,6 +52,8 @@ pub struct Scene {
     pub footprints: Footprints,
     /// Whether the picture draws the points of its lights ([`bhs_core::light::Light::points`]): rays of the camera do not see these.
     pub draws_points: bool,
+    /// Whether a texture asks for the patch of a surface that a pixel sees ([`crate::patch`]).
+    pub wants_patches: bool,
 }
 
 /// Footprints of rays (scene units): see [`Ray::footprint`].
@@ -261,6 +263,7 @@ impl Scene {
                 point: hit.point + self.world.origin,
                 normal: surface.normal.as_vec3(),
                 tangents,
+                beside: [Vec3::ZERO; 2],
             },
             material: &*binding.material,
             emitter: binding.emitter.map(|e| &self.light_sampler.emitters[e as usize]),

@@ -1,5 +1,6 @@
 //! Light transport: what pbrt calls an integrator.
 
+use crate::patch::Patch;
 use crate::scene::Scene;
 use crate::stats::PathLog;
 use bhs_core::ray::{Ray, RayEnd};
@@ -19,6 +20,8 @@ pub struct PathSample<'a> {
     pub stream: SampleStream<'a>,
     /// Spectral radiance seen, at E = 1: written by the transport.
     pub radiance: SampledSpectrum,
+    /// The patch of a surface that its pixel sees, where textures ask for it and there is one.
+    pub patch: Option<Patch>,
     /// What became of `ray`: written by the transport, for the picture's layers.
     pub first: RayEnd,
     /// What is seen in mirrors and through smooth glass, where the ray meets such a surface: written by the transport, for the picture's layers.
@@ -40,7 +43,7 @@ impl<'a> PathSample<'a> {
     /// A path that has not been followed.
     #[inline]
     pub fn new(ray: Ray, lambda: SampledWavelengths, stream: SampleStream<'a>) -> Self {
-        Self { ray, lambda, stream, radiance: SampledSpectrum::ZERO, first: RayEnd::NONE, behind: None }
+        Self { ray, lambda, stream, radiance: SampledSpectrum::ZERO, patch: None, first: RayEnd::NONE, behind: None }
     }
 }
 

@@ -81,6 +81,7 @@ impl AlbedoOfScene {
             None => seen
                 .scene
                 .vertex(*hit, self.colors.some_wavelengths())
+                .map(|vertex| seen.patch.iter().fold(vertex, |vertex, patch| patch.fitted(seen.scene, vertex)))
                 .map_or([0.0; 3], |vertex| self.colors.of(vertex.material, &vertex.shading, vertex.wo, shift)),
         };
         Some(value)

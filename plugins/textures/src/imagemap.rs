@@ -4,8 +4,9 @@
 //! A texture of spectra raises each colour to a smooth spectrum, as `rgb` does; a texture of floats is the mean of the channels.
 //! Eight and sixteen bits a channel are decoded as `encoding` says, HDR and EXR pictures are linear.
 //!
-//! Names, defaults and conventions of pbrt-v4. A path does not know how large a patch of the picture its pixel sees, bent as light may be: `trilinear`
-//! and `ewa`, which are means over that patch, are read as `bilinear`, and the samples of the pixel are the mean.
+//! Names, defaults and conventions of pbrt-v4. `trilinear` and `ewa` are means over the patch of the picture that a pixel sees, which is found along
+//! the bent light (`plugins/engine/src/patch.rs`): fewer samples do for a picture whose texels are smaller than pixels. They count for what the camera sees
+//! itself; what is seen in mirrors, through glass and by scattered light, and at edges, is `bilinear`, and the samples of the pixel are the mean.
 //!
 //! | parameter | type | default | unit | meaning |
 //! |---|---|---|---|---|
@@ -13,8 +14,8 @@
 //! | `image` | integer | none | | of a glTF file: the number of the picture in it, from 0 |
 //! | `wrap` | string | "repeat" | | outside of the picture: it repeats, keeps its edge (`clamp`), repeats mirrored (`mirror`), is `black`, or goes on as on a sphere (`octahedralsphere`) |
 //! | `wrapv` | string | `wrap` | | the same along v alone: `repeat`, `clamp`, `mirror`, `black` |
-//! | `filter` | string | "bilinear" | | between texels, also by the names `trilinear` and `ewa`; or the nearest one: `point` |
-//! | `maxanisotropy` | float | 8 | | no effect: of the filter `ewa` |
+//! | `filter` | string | "bilinear" | | between texels: `bilinear` or the nearest one (`point`); over what a pixel sees: as if that were round (`trilinear`), or as it is (`ewa`) |
+//! | `maxanisotropy` | float | 8 | | of the filter `ewa`: most that what a pixel sees is longer than wide, at most 64; beyond, it is blurred |
 //! | `encoding` | string | "sRGB" | | of 8 and 16 bits: `sRGB`, `linear`, or `gamma` and an exponent; of a normal map `linear` by default |
 //! | `channel` | string | "mean" | | of a texture of floats: the mean of the colours, one of them (`red`, `green`, `blue`), or how opaque the picture is: `alpha` is the mean where it does not say, `opacity` 1 |
 //! | `scale` | float | 1 | | factor |
@@ -32,6 +33,8 @@
 
 use crate::decode::decode;
 use crate::mapping::Mapping;
+use crate::pyramid::{Blur, MOST_LONGER, Pyramid, bilinear, size_of};
+use crate::wrap::{self, WRAPS, Wrap};
 use bhs_colour::srgb_decode;
 use bhs_core::Plugin;
 use bhs_core::diagnostics::{Diagnostic, Spanned, did_you_mean};
@@ -47,43 +50,6 @@ use std::sync::Arc;
 
 /// The entry in the list of plugins.
 pub const PLUGIN: Plugin<dyn Texture> = Plugin { name: "imagemap", summary: "a picture: PNG, JPEG, HDR or EXR", build };
-
-/// What lies outside of the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Wrap {
-    Repeat,
-    Clamp,
-    Mirror,
-    Black,
-    /// The square of an octahedral map of directions, whose edges are folded onto themselves.
-    Sphere,
-}
-
-/// The words for it, in the order of [`Wrap`].
-const WRAPS: [&str; 5] = ["repeat", "clamp", "mirror", "black", "octahedralsphere"];
-
-impl Wrap {
-    fn of(word: &str) -> Self {
-        match word {
-            "clamp" => Self::Clamp,
-            "mirror" => Self::Mirror,
-            "black" => Self::Black,
-            "octahedralsphere" => Self::Sphere,
-            _ => Self::Repeat,
-        }
-    }
-
-    /// The place within a row or column of `n` texels for one that may lie outside; `None`: there is nothing.
-    #[inline]
-    fn within(self, x: i64, n: i64) -> Option<i64> {
-        match self {
-            Self::Repeat => Some(x.rem_euclid(n)),
-            Self::Clamp | Self::Sphere => Some(x.clamp(0, n - 1)),
-            Self::Mirror => Some(mirrored(x, n)),
-            Self::Black => (0..n).contains(&x).then_some(x),
-        }
-    }
-}
 
 /// How the numbers of 8 and 16 bits mean light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,6 +68,16 @@ impl Encoding {
             Self::Srgb => srgb_decode(v),
         }
     }
+}
+
+/// How texels become the picture at a point.
+enum Filter {
+    /// The nearest one.
+    Point,
+    /// Four around the point.
+    Bilinear,
+    /// A mean over the patch that a pixel sees.
+    Patch(Pyramid, Blur),
 }
 
 /// What a float is of a picture.
@@ -126,7 +102,9 @@ struct ImageMap {
     encoding: Encoding,
     /// Along u, along v.
     wrap: [Wrap; 2],
-    bilinear: bool,
+    filter: Filter,
+    /// Whether it is how opaque the picture is, and not its light.
+    is_opacity: bool,
     channel: Channel,
     scale: f32,
     invert: bool,
@@ -149,9 +127,10 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
     if wrap != wrap_v && wrap == WRAPS[4] {
         p.reject("wrapv", "a picture that goes on as on a sphere does so along u and v", "remove `wrapv`");
     }
-    let about = "between texels: a mean (also `trilinear`, `ewa`), or the nearest one";
+    let about = "between texels: `bilinear` or the nearest one (`point`); over what a pixel sees: as if that were round (`trilinear`), or as it is (`ewa`)";
     let filter = choice(p, "filter", &["bilinear", "point", "trilinear", "ewa", "EWA"], about);
-    p.get_in("maxanisotropy", 8.0, 0.0..=f64::from(f32::MAX), "", "no effect: of the filter `ewa`");
+    let about = "of the filter `ewa`: most that what a pixel sees is longer than wide, at most 64; beyond, it is blurred";
+    let anisotropy = p.get_in("maxanisotropy", 8.0, 0.0..=f64::from(f32::MAX), "", about) as f32;
     let encoding = encoding(p);
     let about = "of a texture of floats: the mean of the colours, one of them, or how opaque the picture is; where it does not say, `alpha` is the mean and `opacity` 1";
     let channel = match choice(p, "channel", &["mean", "red", "green", "blue", "alpha", "opacity"], about) {
@@ -190,19 +169,33 @@ fn build(p: &Params) -> Option<Box<dyn Texture>> {
         TextureKind::Spectrum(role) => role,
         TextureKind::Float | TextureKind::Triple => SpectrumRole::Unbounded,
     };
-    Some(Box::new(ImageMap {
+    let is_opacity = p.context().named.kind() == TextureKind::Float
+        && (channel == Channel::Opacity || channel == Channel::Alpha && image.alpha.is_some());
+    let mut map = ImageMap {
         image,
         byte: Box::new(std::array::from_fn(|i| encoding.decode(i as f32 / 255.0))),
         encoding,
         wrap: [wrap, wrap_v].map(Wrap::of),
-        bilinear: filter != "point",
+        filter: if filter == "point" { Filter::Point } else { Filter::Bilinear },
+        is_opacity,
         channel,
         scale,
         invert,
         mapping,
         role,
         spectra: SmoothSpectra::get(),
-    }))
+    };
+    let blur = match filter {
+        "trilinear" => Some(Blur::Round),
+        "ewa" | "EWA" => Some(Blur::Ellipse { most_longer: anisotropy.clamp(1.0, MOST_LONGER) }),
+        _ => None,
+    };
+    // What lights emit is asked for where no pixel looks.
+    if let Some(blur) = blur.filter(|_| role != SpectrumRole::Emission) {
+        p.context().named.wants_patches();
+        map.filter = Filter::Patch(Pyramid::new([map.image.width, map.image.height], &|i| map.value(i)), blur);
+    }
+    Some(Box::new(map))
 }
 
 /// The picture of a number in a glTF file.
@@ -254,46 +247,7 @@ fn encoding(p: &Params) -> Encoding {
     }
 }
 
-/// The texel in a row of `n` that stands at `x`, where every other repetition is mirrored.
-fn mirrored(x: i64, n: i64) -> i64 {
-    let within = x.rem_euclid(2 * n);
-    if within < n { within } else { 2 * n - 1 - within }
-}
-
-/// The texel inside for one outside of an octahedral map: over an edge the map goes on at the opposite place of the same edge.
-fn on_sphere([x, y]: [i64; 2], [w, h]: [i64; 2]) -> (i64, i64) {
-    // What is beyond two widths repeats.
-    let (x, y) = ((x + w / 2).rem_euclid(2 * w) - w / 2, (y + h / 2).rem_euclid(2 * h) - h / 2);
-    let (x, y) = if x < 0 {
-        (-1 - x, h - 1 - y)
-    } else if x >= w {
-        (2 * w - 1 - x, h - 1 - y)
-    } else {
-        (x, y)
-    };
-    let (x, y) = if y < 0 {
-        (w - 1 - x, -1 - y)
-    } else if y >= h {
-        (w - 1 - x, 2 * h - 1 - y)
-    } else {
-        (x, y)
-    };
-    (x.clamp(0, w - 1), y.clamp(0, h - 1))
-}
-
 impl ImageMap {
-    /// The number of the texel in a column and a row from the top, which may lie outside; `None`: there is nothing.
-    #[inline]
-    fn index(&self, x: i64, y: i64) -> Option<usize> {
-        let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
-        let (x, y) = match self.wrap {
-            [Wrap::Repeat, Wrap::Repeat] => (x.rem_euclid(w), y.rem_euclid(h)),
-            [Wrap::Sphere, _] => on_sphere([x, y], [w, h]),
-            [u, v] => (u.within(x, w)?, v.within(y, h)?),
-        };
-        Some((y * w + x) as usize)
-    }
-
     /// The light of the texel of a number.
     #[inline]
     fn texel(&self, i: usize) -> Vec3 {
@@ -304,36 +258,44 @@ impl ImageMap {
         }
     }
 
-    /// What `of` says of texels, at a point.
+    /// How opaque the texel of a number is.
     #[inline]
-    fn look_up(&self, at: &Shading, of: impl Fn(usize) -> Vec3) -> Vec3 {
-        let st = self.mapping.place(at);
-        let size = Vec2::new(self.image.width as f32, self.image.height as f32);
-        let texel = |x: i64, y: i64| self.index(x, y).map_or(Vec3::ZERO, &of);
-        // Rows are counted from the top.
-        let p = Vec2::new(st.x, 1.0 - st.y) * size;
-        let found = if self.bilinear {
-            // A texel's value is that of its middle.
-            let p = p - 0.5;
-            let (corner, f) = (p.floor(), p - p.floor());
-            let (x, y) = (corner.x as i64, corner.y as i64);
-            let row = |y| texel(x, y).lerp(texel(x + 1, y), f.x);
-            row(y).lerp(row(y + 1), f.y)
-        } else {
-            texel(p.x.floor() as i64, p.y.floor() as i64)
-        } * self.scale;
-        (if self.invert { 1.0 - found } else { found }).clamp(Vec3::ZERO, Vec3::splat(LARGEST))
+    fn opacity(&self, i: usize) -> f32 {
+        self.image.alpha.as_ref().map_or(1.0, |alpha| f32::from(alpha[i]) / 255.0)
     }
 
-    /// Linear sRGB at a point.
-    fn rgb(&self, at: &Shading) -> Vec3 {
-        self.look_up(at, |i| self.texel(i))
+    /// What a texel is to this texture: its light, or how opaque it is.
+    #[inline]
+    fn value(&self, i: usize) -> Vec3 {
+        if self.is_opacity { Vec3::splat(self.opacity(i)) } else { self.texel(i) }
+    }
+
+    /// The picture at a point.
+    #[inline]
+    fn look_up(&self, at: &Shading) -> Vec3 {
+        let st = self.mapping.place(at);
+        let size = [self.image.width, self.image.height].map(i64::from);
+        let texel = |x: i64, y: i64| wrap::index(self.wrap, size, x, y).map_or(Vec3::ZERO, |i| self.value(i));
+        // Rows are counted from the top.
+        let place = Vec2::new(st.x, 1.0 - st.y);
+        let found = match &self.filter {
+            Filter::Point => {
+                let p = place * size_of(size);
+                texel(p.x.floor() as i64, p.y.floor() as i64)
+            }
+            Filter::Patch(pyramid, blur) if at.beside != [Vec3::ZERO; 2] => {
+                let axes = self.mapping.moved(at).map(|d| Vec2::new(d.x, -d.y));
+                pyramid.mean(&|i| self.value(i), *blur, self.wrap, place, axes).unwrap_or_else(|| bilinear(size, place, texel))
+            }
+            Filter::Bilinear | Filter::Patch(..) => bilinear(size, place, texel),
+        } * self.scale;
+        (if self.invert { 1.0 - found } else { found }).clamp(Vec3::ZERO, Vec3::splat(LARGEST))
     }
 }
 
 impl Texture for ImageMap {
     fn spectrum(&self, at: &Shading) -> SampledSpectrum {
-        let rgb = self.rgb(at);
+        let rgb = self.look_up(at);
         if self.role == SpectrumRole::Reflectance {
             let smooth = self.spectra.of(rgb.min(Vec3::ONE).to_array());
             return SampledSpectrum(at.lambda_nm.map(|l| smooth.at(l)));
@@ -349,15 +311,15 @@ impl Texture for ImageMap {
     }
 
     fn float(&self, at: &Shading) -> f32 {
-        match (self.channel, &self.image.alpha) {
-            (Channel::Opacity, None) => self.look_up(at, |_| Vec3::ONE).x,
-            (Channel::Alpha | Channel::Opacity, Some(alpha)) => self.look_up(at, |i| Vec3::splat(f32::from(alpha[i]) / 255.0)).x,
-            (Channel::Colour(i), _) => self.rgb(at)[i],
-            _ => self.rgb(at).element_sum() / 3.0,
+        let found = self.look_up(at);
+        match self.channel {
+            Channel::Colour(i) => found[i],
+            _ if self.is_opacity => found.x,
+            _ => found.element_sum() / 3.0,
         }
     }
 
     fn triple(&self, at: &Shading) -> Option<Vec3> {
-        Some(self.rgb(at))
+        Some(self.look_up(at))
     }
 }

@@ -1,4 +1,4 @@
-//! Textures: values that vary over surfaces. One file, one plugin; `decode` reads pictures, `mapping` places them, `noise` is what the noisy ones have in common.
+//! Textures: values that vary over surfaces. One file, one plugin; `decode` reads pictures, `mapping` places them, `wrap` says what lies outside of them, `pyramid` blurs them, `noise` is what the noisy ones have in common.
 
 use bhs_core::Plugin;
 use bhs_core::texture::Texture;
@@ -16,10 +16,12 @@ mod marble;
 mod mix;
 mod noise;
 mod product;
+mod pyramid;
 mod scale;
 mod threshold;
 mod vertexcolor;
 mod windy;
+mod wrap;
 mod wrinkled;
 
 /// All textures.
@@ -44,5 +46,5 @@ pub const ALL: &[Plugin<dyn Texture>] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    bhs_core::every_file_is_listed!([ALL], helpers: ["decode", "mapping", "noise"]);
+    bhs_core::every_file_is_listed!([ALL], helpers: ["decode", "mapping", "noise", "pyramid", "wrap"]);
 }

@@ -104,6 +104,27 @@ impl Mapping {
         }
     }
 
+    /// By what the place moves as the point moves by each of [`Shading::beside`].
+    pub fn moved(&self, at: &Shading) -> [Vec2; 2] {
+        let here = self.place_in_space(at);
+        let [along_u, along_v] = at.tangents.world;
+        let (uu, uv, vv) = (along_u.dot(along_u), along_u.dot(along_v), along_v.dot(along_v));
+        at.beside.map(|way| {
+            // The u and v that bring the point there, or as near as they can.
+            let (u, v) = (along_u.dot(way), along_v.dot(way));
+            let duv = Vec2::new(vv * u - uv * v, uu * v - uv * u) / (uu * vv - uv * uv);
+            let moved = Shading { uv: at.uv + duv, second_uv: at.second_uv + duv, point: at.point + way.as_dvec3(), ..*at };
+            let by = self.place_in_space(&moved) - here;
+            // Around an axis, a whole turn is none.
+            match self {
+                Self::Spherical(_) => DVec2::new(by.x, by.y - by.y.round()),
+                Self::Cylindrical(_) => DVec2::new(by.x - by.x.round(), by.y),
+                Self::Uv { .. } | Self::Planar { .. } => by,
+            }
+            .as_vec2()
+        })
+    }
+
     fn place_in_space(&self, at: &Shading) -> DVec2 {
         match self {
             Self::Uv { .. } => self.place(at).as_dvec2(),

@@ -316,6 +316,9 @@ impl<'s> Bounce<'_, '_, 's> {
             return None;
         };
         scene.date(&mut vertex, &state.ray, &mut state.travelled);
+        if let Some(patch) = path.patch.filter(|_| of_camera) {
+            patch.fit(scene, &mut vertex);
+        }
         if vertex.emitter.is_some() {
             let weight = match (connections, &state.chosen) {
                 (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.swept),

@@ -28,6 +28,10 @@ pub trait Named {
     /// What is wrong with the file, in words that can follow "cannot read `path`: ".
     fn image(&self, path: &Spanned<String>, context: &Context) -> Result<Arc<Image>, String>;
 
+    /// Says that the texture that is being made looks at [`Shading::beside`](crate::material::Shading::beside), which is found in scenes with such
+    /// textures only.
+    fn wants_patches(&self) {}
+
     /// What the texture that is being made is for.
     fn kind(&self) -> TextureKind {
         TextureKind::Spectrum(SpectrumRole::Unbounded)
