@@ -83,4 +83,5 @@ def main():
     print(f"{len(good)} of {len(good) + len(bad)} load and render")
 
 
-main()
+if __name__ == "__main__":
+    main()
