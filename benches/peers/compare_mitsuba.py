@@ -391,7 +391,7 @@ def main():
     mi.set_variant(options.variant)
     if options.threads:
         import drjit
-        drjit.set_thread_count(options.threads)
+        drjit.set_thread_count(max(2, options.threads))  # with one alone it never ends to read an EXR file
 
     observer = OBSERVERS[options.observer](mi, options.spectra)
     radiance_error = check_radiance(mi, options.spectra, observer)

@@ -40,13 +40,19 @@ def with_stand_ins(found, folder):
     stood |= set(missing)
     if missing:
         record.write_text("\n".join(sorted(stood)) + "\n")
-    return len(stood & names)
+    return sum(n in names or n.endswith(".pbrt") for n in stood)
 
 
 def one(mi, options, observer, spectra, scene):
     """Renders a scene with both and compares."""
     folder = scene.parent
-    found = directives(scene)
+    while True:
+        try:
+            found = directives(scene)
+            break
+        except FileNotFoundError as lacks:
+            stand_in(lacks.filename)
+            (folder / "stand-ins.txt").open("a").write(os.path.relpath(lacks.filename, folder) + "\n")
     stood = with_stand_ins(found, folder)
     size = picture_size(found, options.width, peer.BLOCK)
     found, changed = prepared(found, size, options.depth)
@@ -109,8 +115,8 @@ def main():
     parser.add_argument("--variant", default="scalar_spectral")
     parser.add_argument("--bhs", type=Path, default=peer.ROOT / "bhs")
     parser.add_argument("--width", type=int, default=96, help="pixels of the longer side (default: %(default)s)")
-    parser.add_argument("--seeds", type=int, default=6)
-    parser.add_argument("--spp", type=int, default=256)
+    parser.add_argument("--seeds", type=int, default=12)
+    parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--spp-bhs", type=int)
     parser.add_argument("--depth", type=int, default=5, help="bounces, of both (default: %(default)s)")
     parser.add_argument("--photons", action="store_true", help="let bhs look for caustics from the lights too")

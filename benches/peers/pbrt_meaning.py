@@ -128,3 +128,24 @@ def square_from_sphere(d):
     u = r - v
     u, v = np.where(d[2] < 0, 1 - v, u), np.where(d[2] < 0, 1 - u, v)
     return (np.copysign(u, d[0]) + 1) / 2, (np.copysign(v, d[1]) + 1) / 2
+
+
+def fresnel(cosine, eta):
+    """What an interface reflects of light that comes with `cosine`, to an index `eta` over that of its own side."""
+    below = np.sqrt(np.maximum(0, 1 - (1 - cosine**2) / eta**2))
+    parallel, perpendicular = (eta * cosine - below) / (eta * cosine + below), (cosine - eta * below) / (cosine + eta * below)
+    return np.where(below > 0, (parallel**2 + perpendicular**2) / 2, 1.0), below
+
+
+def under_coat(share, eta, thickness):
+    """The reflectance under Mitsuba's clear coat that reflects as `share` does under pbrt's, which takes light away: exp(-thickness) straight across.
+
+    On its way in and out light loses nearly as much in all directions (for 0.01 and an index of 1.5 from 1 to 1.33 %), and the mean stands for them."""
+    c = (np.arange(4000) + 0.5) / 4000
+    reflected, below = fresnel(c, eta)
+    crossing = ((1 - reflected) * np.exp(-thickness / below) * c).sum() / ((1 - reflected) * c).sum()
+    to_and_fro = 2 * (fresnel(c, 1 / eta)[0] * np.exp(-2 * thickness / c) * c).mean()
+    whole = crossing**2 * share / (1 - share * to_and_fro)
+    # Mitsuba's fit of the inner reflectance.
+    x = 1 / eta
+    return whole / (1 + whole * (-1.4399 * x**2 + 0.7099 * x + 0.6681 + 0.0636 / x))

@@ -7,7 +7,7 @@ import os
 
 import numpy as np
 
-from pbrt_meaning import GRID, diagonal, look_at, matrix, rotate, square_from_sphere, table, translation
+from pbrt_meaning import GRID, diagonal, look_at, matrix, rotate, square_from_sphere, table, translation, under_coat
 from pbrt_shapes import loop_subdivision, read_ply, write_ply
 from pbrt_text import Directive, NotStated
 
@@ -174,10 +174,17 @@ class Reader:
             alpha = self.alphas(d)
             if kind == "dielectric":
                 return {"type": "roughdielectric", **rough(alpha), **glass} if alpha else {"type": "dielectric", **glass}
-            if d.get("thickness") != 0 or (alpha and alpha[0] != alpha[1]):
-                raise NotStated("a coat that absorbs, or of two roughnesses")
-            ground = {"diffuse_reflectance": self.texture(d, "reflectance", [0.5]), "nonlinear": True, **glass}
-            # Mitsuba's tables for rough plastic begin at an alpha of 0.002 or so.
+            if (alpha and alpha[0] != alpha[1]) or np.any(np.array(d.params.get("albedo", (0, [0]))[1]) != 0):
+                raise NotStated("a coat that scatters, or of two roughnesses")
+            thickness = d.get("thickness", 0.01)
+            if thickness and d.kind("reflectance") == "texture":
+                raise NotStated("a coat that absorbs, over a picture")
+            if thickness:
+                share = spectra.number(d, "reflectance", [0.5], self.folder, share=True)
+                ground = table(GRID, under_coat(share, float(eta[0]), thickness))
+            else:
+                ground = self.texture(d, "reflectance", [0.5])
+            ground = {"diffuse_reflectance": ground, "nonlinear": True, **glass}
             return both({"type": "roughplastic", "distribution": "ggx", "alpha": alpha[0], **ground} if alpha else {"type": "plastic", **ground})
         if kind == "mix":
             first, second = (self.material(self.named[n]) for n in d.values("materials"))

@@ -105,7 +105,7 @@ def as_diffuse(d, named):
     d.params["reflectance"] = colour
 
 
-def prepared(found, size, depth, keep_coats=False):
+def prepared(found, size, depth):
     """The same scene with the options of the comparison; and what else is other than in the file: text -> how often."""
     changed = {}
     count = lambda what: changed.__setitem__(what, changed.get(what, 0) + 1)
@@ -125,9 +125,9 @@ def prepared(found, size, depth, keep_coats=False):
             for name in ("displacement", "normalmap"):
                 if d.params.pop(name, None):
                     count(f"{name} left out")
-            if kind == "coateddiffuse" and d.get("thickness", 0.01) != 0 and not keep_coats:
+            if kind == "coateddiffuse" and d.get("thickness", 0.01) != 0 and "texture" in (d.kind("reflectance"), d.kind("thickness")):
                 d.params["thickness"] = ("float", [0])
-                count("`coateddiffuse` with thickness 0")
+                count("`coateddiffuse` with a picture with thickness 0")
             if kind in ("coatedconductor", "diffusetransmission", "hair", "measured", "subsurface"):
                 as_diffuse(d, named)
                 count(f"`{kind}` as `diffuse`")
@@ -136,7 +136,7 @@ def prepared(found, size, depth, keep_coats=False):
     options = [
         Directive("Film", ["rgb"], {"xresolution": ("integer", [width]), "yresolution": ("integer", [height])}),
         Directive("PixelFilter", ["box"]),
-        Directive("Sampler", ["independent"], {"pixelsamples": ("integer", [16])}),
+        Directive("Sampler", ["sobol"], {"pixelsamples": ("integer", [16])}),
         Directive("Integrator", ["path"], {"maxdepth": ("integer", [depth])}),
     ]
     for name in ("iso",):
