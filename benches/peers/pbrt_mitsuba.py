@@ -153,7 +153,7 @@ class Reader:
                 inner = self.material(Directive("Material", ["diffuse"], {"reflectance": t.params["tex"]}))
                 black = both({"type": "diffuse", "reflectance": table(GRID, np.zeros(GRID.shape))})
                 if isinstance(part, float) and part <= 1:
-                    return {"type": "blendbsdf", "weight": part, "first": black, "second": inner}
+                    return self.blend(part, black, inner)
             return both({"type": "diffuse", "reflectance": self.texture(d, "reflectance", [0.5])})
         if kind == "conductor":
             alpha = self.alphas(d)
@@ -188,10 +188,21 @@ class Reader:
             return both({"type": "roughplastic", "distribution": "ggx", "alpha": alpha[0], **ground} if alpha else {"type": "plastic", **ground})
         if kind == "mix":
             first, second = (self.material(self.named[n]) for n in d.values("materials"))
-            return {"type": "blendbsdf", "weight": self.texture(d, "amount", [0.5], True), "first": first, "second": second}
+            return self.blend(self.texture(d, "amount", [0.5], True), first, second)
         if kind in ("interface", ""):
             return {"type": "null"}
         raise NotStated(f"the material {kind}")
+
+    def blend(self, weight, first, second):
+        """A mix, two-sided as a whole."""
+        if {"conductor", "dielectric", "thindielectric", "plastic"} & {m.get("bsdf", m)["type"] for m in (first, second)}:
+            # Mitsuba 3.9.1's `path` takes the light that it mirrors for one that its own sampling of lights finds too, and counts too little.
+            raise NotStated("a mix with a smooth mirror")
+        sides = [m["type"] == "twosided" for m in (first, second)]
+        if any(sides) and not all(sides):
+            raise NotStated("a mix of something clear and something opaque")
+        inner = {"type": "blendbsdf", "weight": weight, "first": first["bsdf"] if all(sides) else first, "second": second["bsdf"] if all(sides) else second}
+        return {"type": "twosided", "bsdf": inner} if all(sides) else inner
 
     # --------------------------------------------------------------------------------------------------------- lights, shapes
 
