@@ -3,7 +3,9 @@
 
 FOLDER holds copies of https://github.com/gonsolo/bitterli (as `bitterli`) and https://github.com/w3ntao/pbrt-minus-scenes (as `w3ntao`). Each
 scene is read into directives, given the same small options (size, box filter, depth, `path`), and written again; bhs reads that file, and pbrt_mitsuba.py
-states it for Mitsuba. What Mitsuba cannot state is other than in the scene for both programs, and the table says what. See README.md beside this file."""
+states it for Mitsuba. What Mitsuba cannot state is other than in the scene for both programs, and the table says what. See README.md beside this file.
+
+Written into FOLDER: stand-ins for files that the copies lack, as public_pbrt.py makes them, and beside each scene the file that is compared, while it is."""
 
 import argparse
 import json
