@@ -5,6 +5,7 @@ use crate::lang::description::Entity;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::params::ParamInfo;
 use bhs_core::value::{Param, ParamType, Values};
+use bhs_elementary::Elementary;
 
 /// Endings of files that hold pictures.
 const PICTURES: [&str; 8] = [".png", ".jpg", ".jpeg", ".exr", ".hdr", ".tga", ".tif", ".bmp"];
@@ -56,7 +57,7 @@ fn in_nanometres(param: &Param) -> Option<String> {
 fn linear(bytes: [f64; 3]) -> String {
     let one = |c: f64| {
         let c = c / 255.0;
-        let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+        let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).power(2.4) };
         (linear * 1000.0).round() / 1000.0
     };
     let [r, g, b] = bytes.map(one);

@@ -8,6 +8,7 @@
 //! a product of cosine transforms.
 
 use crate::image::Picture;
+use bhs_elementary::Elementary;
 use rayon::prelude::*;
 use rustdct::{DctPlanner, TransformType2And3};
 use std::borrow::Cow;
@@ -89,7 +90,7 @@ fn transfer([width, height]: [usize; 2], radius: f64) -> Plane {
 /// The share of a point's light that falls on a pixel whose middle is `x`, `y` pixels off. The point-spread function is that of the solid angle
 /// of a plane at the distance `radius`, so that the integral over a rectangle is known.
 fn share([x, y]: [f64; 2], radius: f64) -> f64 {
-    let corner = |x: f64, y: f64| (x * y / (radius * (x * x + y * y + radius * radius).sqrt())).atan() / TAU;
+    let corner = |x: f64, y: f64| (x * y / (radius * (x * x + y * y + radius * radius).sqrt())).arctangent() / TAU;
     corner(x + 0.5, y + 0.5) - corner(x - 0.5, y + 0.5) - corner(x + 0.5, y - 0.5) + corner(x - 0.5, y - 0.5)
 }
 

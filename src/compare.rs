@@ -2,6 +2,7 @@
 
 use crate::image::Picture;
 use anyhow::{Result, bail};
+use bhs_elementary::Elementary;
 use serde_json::{Value, json};
 
 /// Differences of two pictures over all pixels and the channels R, G and B, or, if one of them lacks these, all that both have.
@@ -66,7 +67,7 @@ pub fn compare(a: &Picture, b: &Picture) -> Result<Comparison> {
         c.largest = if difference.is_nan() || c.largest.is_nan() { f64::NAN } else { c.largest.max(difference) };
     }
     if c.mse != 0.0 {
-        c.psnr = -10.0 * c.mse.log10();
+        c.psnr = -10.0 * c.mse.logarithm10();
     }
     for &(i, j) in &shared {
         let mean = |p: &Picture, k: usize| p.data.iter().skip(k).step_by(p.channels.len()).map(|v| f64::from(*v)).sum::<f64>();

@@ -5,6 +5,7 @@
 //! brightest point of the reference is white to where its median is). The numbers are those of the authors' program, `flip-evaluator`, with its defaults: a screen
 //! of 3840 pixels and 0.7 m across, 0.7 m away, and the ACES curve; but that these exposures are `MOST_EXPOSURES` at most.
 
+use bhs_elementary::Elementary;
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
@@ -59,7 +60,7 @@ fn from_opponent([l, c, z]: Rgb) -> Rgb {
 fn lab(rgb: Rgb) -> Rgb {
     let (xyz, white) = (times(&XYZ, rgb), white());
     const DELTA: f32 = 6.0 / 29.0;
-    let f = |t: f32| if t > DELTA * DELTA * DELTA { t.cbrt() } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 };
+    let f = |t: f32| if t > DELTA * DELTA * DELTA { t.cube_root() } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 };
     let [x, y, z] = std::array::from_fn(|k| f(xyz[k] / white[k]));
     let l = 116.0 * y - 16.0;
     [l, 0.01 * l * 500.0 * (x - y), 0.01 * l * 200.0 * (y - z)]
@@ -67,7 +68,7 @@ fn lab(rgb: Rgb) -> Rgb {
 
 /// The distance HyAB of two colours: of lightness, and of the plane of chroma.
 fn distance(a: Rgb, b: Rgb) -> f32 {
-    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+    (a[0] - b[0]).abs() + (a[1] - b[1]).hypotenuse(a[2] - b[2])
 }
 
 /// One number a pixel, row by row.
@@ -125,7 +126,8 @@ fn filtered(Planes(planes): &Planes) -> Planes {
     Planes(std::array::from_fn(|c| {
         let mut sum: Option<Plane> = None;
         let kernels = SENSITIVITY[c].map(|[a, b]| {
-            let kernel: Vec<f32> = (-radius..=radius).map(|x| (-(PI * x as f32 / PIXELS_PER_DEGREE).powi(2) / b).exp()).collect();
+            let kernel: Vec<f32> =
+                (-radius..=radius).map(|x| (-(PI * x as f32 / PIXELS_PER_DEGREE).powi(2) / b).exponential()).collect();
             (a * (PI / b).sqrt(), kernel)
         });
         let total: f32 = kernels.iter().map(|(a, kernel)| a * kernel.iter().sum::<f32>().powi(2)).sum();
@@ -145,7 +147,7 @@ fn filtered(Planes(planes): &Planes) -> Planes {
 fn features(luminance: &Plane) -> [Plane; 2] {
     let sigma = 0.5 * FEATURE_WIDTH * PIXELS_PER_DEGREE;
     let radius = (3.0 * sigma).ceil() as i32;
-    let gauss: Vec<f32> = (-radius..=radius).map(|x| (-((x * x) as f32) / (2.0 * sigma * sigma)).exp()).collect();
+    let gauss: Vec<f32> = (-radius..=radius).map(|x| (-((x * x) as f32) / (2.0 * sigma * sigma)).exponential()).collect();
     let along = gauss.iter().sum::<f32>();
     let smooth: Vec<f32> = gauss.iter().map(|w| w / along).collect();
     // Weights above zero add up to 1, those below to -1.
@@ -157,7 +159,9 @@ fn features(luminance: &Plane) -> [Plane; 2] {
     let steps = || (-radius..=radius).zip(&gauss);
     let edge = balanced(steps().map(|(x, w)| -(x as f32) * w).collect());
     let point = balanced(steps().map(|(x, w)| ((x * x) as f32 / (sigma * sigma) - 1.0) * w).collect());
-    [edge, point].map(|kernel| luminance.convolved(&kernel, &smooth).zip(&luminance.convolved(&smooth, &kernel), f32::hypot))
+    [edge, point].map(|kernel| {
+        luminance.convolved(&kernel, &smooth).zip(&luminance.convolved(&smooth, &kernel), <f32 as Elementary>::hypotenuse)
+    })
 }
 
 /// The difference of two pictures as they are on a screen, in linear sRGB from 0 to 1: a number from 0 to 1 a pixel.
@@ -168,7 +172,7 @@ pub fn ldr(size: [usize; 2], test: &[Rgb], reference: &[Rgb]) -> Vec<f32> {
         features(&Plane { size, values })
     });
     let [test, reference] = [test, reference].map(|planes| filtered(&planes));
-    let greatest = distance(lab([0.0, 1.0, 0.0]), lab([0.0, 0.0, 1.0])).powf(COLOUR_POWER);
+    let greatest = distance(lab([0.0, 1.0, 0.0]), lab([0.0, 0.0, 1.0])).power(COLOUR_POWER);
     let knee = KNEE * greatest;
     let at = |Planes(planes): &Planes, i: usize| {
         lab(from_opponent(std::array::from_fn(|c| planes[c].values[i])).map(|x| x.clamp(0.0, 1.0)))
@@ -176,15 +180,15 @@ pub fn ldr(size: [usize; 2], test: &[Rgb], reference: &[Rgb]) -> Vec<f32> {
     (0..size[0] * size[1])
         .into_par_iter()
         .map(|i| {
-            let powered = distance(at(&test, i), at(&reference, i)).powf(COLOUR_POWER);
+            let powered = distance(at(&test, i), at(&reference, i)).power(COLOUR_POWER);
             let colour = match powered < knee {
                 true => KNEE_SHOWN / knee * powered,
                 false => KNEE_SHOWN + (powered - knee) / (greatest - knee) * (1.0 - KNEE_SHOWN),
             };
             let [edge, point] =
                 [(&edges, &reference_edges), (&points, &reference_points)].map(|(a, b)| (a.values[i] - b.values[i]).abs());
-            let feature = (edge.max(point) / 2f32.sqrt()).powf(FEATURE_POWER).min(1.0);
-            colour.powf(1.0 - feature).clamp(0.0, 1.0)
+            let feature = (edge.max(point) / 2f32.sqrt()).power(FEATURE_POWER).min(1.0);
+            colour.power(1.0 - feature).clamp(0.0, 1.0)
         })
         .collect()
 }
@@ -203,7 +207,7 @@ fn exposures(reference: &[Rgb]) -> Vec<f32> {
     luminances.sort_unstable_by(f32::total_cmp);
     let n = luminances.len();
     let median = 0.5 * (luminances[(n - 1) / 2] + luminances[n / 2]);
-    let [start, stop] = [luminances[n - 1], median].map(|y| (x / y.max(f32::EPSILON)).log2());
+    let [start, stop] = [luminances[n - 1], median].map(|y| (x / y.max(f32::EPSILON)).logarithm2());
     let count = (stop - start).ceil().clamp(2.0, MOST_EXPOSURES);
     (0..count as usize).map(|i| start + i as f32 * (stop - start) / (count - 1.0)).collect()
 }
@@ -219,7 +223,7 @@ pub fn hdr(size: [usize; 2], test: &[Rgb], reference: &[Rgb]) -> Vec<f32> {
         return greatest;
     }
     for stops in exposures(&reference) {
-        let scale = stops.exp2();
+        let scale = stops.exponential2();
         let shown = |x: f32| {
             // As white as it gets, long before the squares are infinite.
             let x = (x * scale).min(1e6);

@@ -1,5 +1,6 @@
 //! Line charts over two logarithmic axes, as SVG: errors against steps, times against sizes.
 
+use bhs_elementary::Elementary;
 use std::fmt::Write;
 
 /// A line of a chart.
@@ -44,14 +45,16 @@ struct Axis {
 impl Axis {
     /// Around all `values`; one decade if there are none.
     fn around(values: impl Iterator<Item = f64>, ends: [f64; 2]) -> Self {
-        let (lo, hi) = values.map(f64::log10).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
+        let (lo, hi) = values
+            .map(<f64 as Elementary>::logarithm10)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
         let decades = if lo <= hi { [lo.floor() as i32, (hi.ceil() as i32).max(lo.floor() as i32 + 1)] } else { [0, 1] };
         Self { decades, ends }
     }
 
     fn place(&self, value: f64) -> f64 {
         let [lo, hi] = self.decades.map(f64::from);
-        self.ends[0] + (self.ends[1] - self.ends[0]) * (value.log10() - lo) / (hi - lo)
+        self.ends[0] + (self.ends[1] - self.ends[0]) * (value.logarithm10() - lo) / (hi - lo)
     }
 
     /// The exponents that get a line and a number: at most ten or so.

@@ -50,6 +50,59 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|word| !word.is_empty())
 }
 
+/// Functions of the standard library, and of glam by them, whose last digit depends on the machine.
+const UNLIKE: [&str; 27] = [
+    "sin",
+    "cos",
+    "tan",
+    "sin_cos",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "exp",
+    "exp2",
+    "exp_m1",
+    "ln",
+    "ln_1p",
+    "log",
+    "log2",
+    "log10",
+    "powf",
+    "cbrt",
+    "sinh",
+    "cosh",
+    "tanh",
+    "asinh",
+    "acosh",
+    "atanh",
+    "hypot",
+    "from_axis_angle",
+    "from_angle",
+];
+
+#[test]
+fn elementary_functions_are_those_that_are_the_same_everywhere() {
+    let mut found = Vec::new();
+    let files = ["src", "plugins", "python"].iter().flat_map(|folder| rust_files_below(folder));
+    for file in files.filter(|f| !f.contains("/tests/") && !f.ends_with("/tests.rs") && !f.starts_with("plugins/elementary/")) {
+        let text = without_comments(without_tests(&read(&file)));
+        for name in UNLIKE {
+            let is_called = |before: &str| text.contains(&format!("{before}{name}("));
+            let is_named = ["f64::", "f32::"].iter().any(|of| words_after(&text, of).any(|word| word == name));
+            if is_called(".") || is_called("::") || is_named {
+                found.push(format!("{file}: `{name}`: use bhs_elementary"));
+            }
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+/// The words that follow `before` at once.
+fn words_after<'t>(text: &'t str, before: &'t str) -> impl Iterator<Item = &'t str> {
+    text.split(before).skip(1).filter_map(|after| words(after).next())
+}
+
 #[test]
 fn unsafe_code_stands_in_two_files() {
     let unsafe_files: Vec<String> =

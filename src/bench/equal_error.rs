@@ -2,6 +2,7 @@
 
 use super::Tradeoff;
 use super::table::Table;
+use bhs_elementary::Elementary;
 
 /// The errors (p99, relative to the scene's diagonal) at which integrators are compared.
 pub const ERRORS: [f64; 3] = [1e-4, 1e-5, 1e-6];
@@ -15,8 +16,8 @@ pub fn cost_at(points: &[(f64, f64)], target: f64) -> Option<f64> {
     let between = points.windows(2).filter_map(|pair| {
         let [(e0, c0), (e1, c1)] = [pair[0], pair[1]];
         let crosses = (e0 > target) != (e1 > target) && e0 > 0.0 && e1 > 0.0;
-        let share = (target / e0).ln() / (e1 / e0).ln();
-        crosses.then(|| c0 * (c1 / c0).powf(share))
+        let share = (target / e0).logarithm() / (e1 / e0).logarithm();
+        crosses.then(|| c0 * (c1 / c0).power(share))
     });
     better.chain(between).min_by(f64::total_cmp)
 }

@@ -1,5 +1,7 @@
 //! Light as the network takes it: every number one, and of about the brightness of 1.
 
+use bhs_elementary::Elementary;
+
 /// Whether a number is as large as files can say: more light than that.
 fn is_lamp(v: f32) -> bool {
     v >= f32::MAX
@@ -40,14 +42,14 @@ pub(super) fn fill_holes(light: &mut [f32], [width, height]: [usize; 2]) -> Vec<
 /// The library finds an exposure by itself, but counts what is darker than 1e-8 as black: light of whatever unit has to be above that.
 pub(super) fn stops_to_one(light: &[f32]) -> i32 {
     let lit = light.as_chunks::<3>().0.iter().map(|rgb| bhs_colour::luminance(*rgb)).filter(|y| *y > 0.0);
-    let (sum, count) = lit.fold((0.0, 0u64), |(sum, count), y| (sum + y.log2(), count + 1));
+    let (sum, count) = lit.fold((0.0, 0u64), |(sum, count), y| (sum + y.logarithm2(), count + 1));
     -(sum / count.max(1) as f64).round() as i32
 }
 
 /// Multiplies with a power of two: exact, but where the result has no normal number.
 pub(super) fn brighten(light: &mut [f32], stops: i32) {
     if stops != 0 {
-        let factor = f64::from(stops).exp2();
+        let factor = f64::from(stops).exponential2();
         light.iter_mut().for_each(|v| *v = crate::image::single_precision(f64::from(*v) * factor));
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::image::Picture;
 use bhs_colour::luminance;
+use bhs_elementary::Elementary;
 
 /// Luminance of middle grey.
 const GREY: f64 = 0.18;
@@ -30,9 +31,9 @@ pub fn stops(picture: &Picture) -> Option<f64> {
     all.sort_unstable_by(f32::total_cmp);
     let at = |share: f64| ((all.len() - 1) as f64 * share) as usize;
     let middle = &all[at(DARK)..=at(BRIGHT)];
-    let mean = middle.iter().map(|y| f64::from(*y).log2()).sum::<f64>() / middle.len() as f64;
-    let white = -f64::from(all[at(BRIGHT)]).log2();
-    let stops = (GREY.log2() - mean).clamp(white, white + HIGHLIGHTS.log2());
+    let mean = middle.iter().map(|y| f64::from(*y).logarithm2()).sum::<f64>() / middle.len() as f64;
+    let white = -f64::from(all[at(BRIGHT)]).logarithm2();
+    let stops = (GREY.logarithm2() - mean).clamp(white, white + HIGHLIGHTS.logarithm2());
     Some(stops.clamp(-64.0, 64.0))
 }
 

@@ -8,6 +8,7 @@ pub mod channels;
 pub mod input;
 mod texts;
 
+use bhs_elementary::Elementary;
 pub use texts::Texts;
 
 use crate::bloom;
@@ -44,7 +45,7 @@ impl Developer {
             Exposure::Stops(stops) => stops,
             Exposure::Auto => auto::stops(picture).unwrap_or(0.0),
         };
-        Self { stops, scale: 2f32.powf(stops as f32), balance, curve: look.curve }
+        Self { stops, scale: 2f32.power(stops as f32), balance, curve: look.curve }
     }
 
     /// The colour on a screen (sRGB, encoded, 0 to 1) of linear red, green and blue.

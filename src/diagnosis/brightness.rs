@@ -4,6 +4,7 @@ use super::{EXPOSURE, Explanation, Level};
 use crate::film::Framebuffer;
 use crate::lang::BuiltScene;
 use crate::look::Exposure;
+use bhs_elementary::Elementary;
 use bhs_engine::stats::Counters;
 
 /// Bins of a stop's fourth, from this many stops below 1 on.
@@ -51,7 +52,7 @@ impl Brightness {
             all.any |= greatest > ROUNDING;
             let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
             if luminance > 0.0 {
-                let stops = luminance.log2();
+                let stops = luminance.logarithm2();
                 all.lit += 1;
                 all.sum += stops;
                 all.bins[(((stops - LEAST) * BINS_PER_STOP).max(0.0) as usize).min(BINS - 1)] += 1;
@@ -62,7 +63,7 @@ impl Brightness {
 
     /// Whether there is no light at all, but for a trace of it in a few pixels that the exposure does not show: what rounding lets through an edge.
     pub fn is_black(&self, exposure: Exposure) -> bool {
-        let is_trace = || matches!(exposure, Exposure::Stops(stops) if self.percentile(1.0) + stops < TRACE.log2());
+        let is_trace = || matches!(exposure, Exposure::Stops(stops) if self.percentile(1.0) + stops < TRACE.logarithm2());
         !self.any || (self.lit > 0 && FEW * self.lit <= self.pixels && is_trace())
     }
 
@@ -85,10 +86,10 @@ impl Brightness {
         // What is found for the picture itself is right.
         let Exposure::Stops(exposure) = built.look.exposure else { return None };
         let middle = self.sum / self.lit as f64;
-        let right = KEY.log2() - middle;
+        let right = KEY.logarithm2() - middle;
         let off = exposure - right;
-        let is_dark = off < -FAR_OFF && self.percentile(1.0 - OUTLIERS) + exposure < DARK.log2();
-        let is_bright = off > FAR_OFF && self.percentile(0.1) + exposure > BRIGHT.log2();
+        let is_dark = off < -FAR_OFF && self.percentile(1.0 - OUTLIERS) + exposure < DARK.logarithm2();
+        let is_bright = off > FAR_OFF && self.percentile(0.1) + exposure > BRIGHT.logarithm2();
         let how = match (is_dark, is_bright) {
             (true, _) => "dark",
             (_, true) => "bright",

@@ -6,8 +6,9 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::Geometry;
 use bhs_core::light::{AreaLight, EmissionPoint, Light};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, VisibleWavelengths};
+use bhs_elementary::unit_vector;
 use bhs_engine::light_sampling::Emitter;
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DVec3, Vec2};
 use std::f64::consts::TAU;
 
 /// Code of lights that emit nothing.
@@ -214,7 +215,7 @@ fn light_shines(light: &dyn Light, [lo, hi]: [f32; 2]) -> bool {
 pub(super) fn directions(count: u32) -> impl Iterator<Item = DVec3> {
     (0..count).map(move |i| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
-        let xy = DVec2::from_angle(TAU * 0.618_033_988_75 * f64::from(i)) * (1.0 - z * z).sqrt();
+        let xy = unit_vector(TAU * 0.618_033_988_75 * f64::from(i)) * (1.0 - z * z).sqrt();
         xy.extend(z)
     })
 }

@@ -3,6 +3,7 @@
 //! The text that is made here is read as any other scene is. A camera of the file looks along its -z, with y upwards; one of a scene along z. The
 //! world is the file's with z turned around, so that pictures show what viewers of glTF show, not mirrored.
 
+use bhs_elementary::Elementary;
 use bhs_models::Model;
 use bhs_models::gltf::camera::Projection;
 use bhs_models::gltf::{Node, Semantic};
@@ -58,8 +59,8 @@ pub fn scene(name: &str, bytes: &[u8]) -> Result<GltfScene, String> {
         let shape = aspect.unwrap_or(4.0 / 3.0);
         let parameters = match camera.projection() {
             Projection::Perspective(p) => {
-                let half = (f64::from(p.yfov()) / 2.0).tan() * shape.min(1.0);
-                let field = (2.0 * half.atan()).to_degrees();
+                let half = (f64::from(p.yfov()) / 2.0).tangent() * shape.min(1.0);
+                let field = (2.0 * half.arctangent()).to_degrees();
                 let field = if field.is_finite() { field.clamp(0.01, 179.0) } else { FIELD };
                 format!("\"perspective\" \"string name\" \"{name}\" \"float fov\" {field}")
             }
@@ -160,7 +161,7 @@ fn looking_at_all(nodes: &[Placed]) -> String {
     }
     let (middle, radius) =
         if low.cmple(high).all() { (0.5 * (low + high), (0.5 * (high - low).length()).max(1e-6)) } else { (DVec3::ZERO, 1.0) };
-    let distance = 1.05 * radius / (FIELD.to_radians() / 2.0).sin();
+    let distance = 1.05 * radius / (FIELD.to_radians() / 2.0).sine();
     let eye = middle + BESIDE.normalize() * distance;
     let point = |p: DVec3| format!("{} {} {}", p.x, p.y, -p.z);
     format!("LookAt {}  {}  0 1 0\nCamera \"perspective\" \"float fov\" {FIELD}\n", point(eye), point(middle))

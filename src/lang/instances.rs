@@ -6,6 +6,7 @@ use bhs_core::diagnostics::{Diagnostic, Severity, Span};
 use bhs_core::geometry::instance::{Instance, Object};
 use bhs_core::geometry::{Aabb, Geometry, Shape, WorldGeometry};
 use bhs_core::spacetime::Side;
+use bhs_elementary::Elementary;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
@@ -88,7 +89,7 @@ impl Placed {
         if part.meshes.is_empty() {
             return None;
         }
-        let object = Arc::new(Object::new(part.meshes, first.matrix3.determinant().abs().cbrt()));
+        let object = Arc::new(Object::new(part.meshes, first.matrix3.determinant().abs().cube_root()));
         load.zero_area_triangles += object.dropped_triangles() as u64;
         for (mesh, made) in object.meshes().iter().zip(&part.parts) {
             load.triangles += mesh.triangles.len() as u64;

@@ -1,11 +1,12 @@
 //! The transforms of the language, with pbrt's conventions: left-handed world, column vectors, a directive multiplies the
 //! current transform from the right.
 
+use bhs_elementary::rotation;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Rotation by `degrees` around `axis`, which is not zero.
 pub fn rotate(degrees: f64, axis: DVec3) -> Option<DAffine3> {
-    Some(DAffine3::from_axis_angle(axis.try_normalize()?, degrees.to_radians()))
+    Some(DAffine3::from_mat3(rotation(axis.try_normalize()?, degrees.to_radians())))
 }
 
 /// The camera's view: camera space has its origin at `eye`, +z towards `target`, and `up` in the half plane of +y and z.

@@ -21,6 +21,7 @@ use crate::screen::{Lens, Screen, nearest_in};
 use bhs_core::Plugin;
 use bhs_core::camera::{Camera, CameraMatrices, CameraRay, Projection, is_near_film};
 use bhs_core::params::Params;
+use bhs_elementary::Elementary;
 use glam::{DAffine3, DMat4, DVec2, DVec3, DVec4, Vec2};
 
 /// The entry of this file in the crate's list.
@@ -48,7 +49,7 @@ fn perspective() -> DMat4 {
 fn build(p: &Params) -> Option<Box<dyn Camera>> {
     let fov = p.get_in("fov", 90.0, 1e-6..=179.999, "deg", "field of view along the shorter side of the picture");
     let (screen, lens) = (Screen::read(p), Lens::read(p));
-    let tan = (0.5 * fov).to_radians().tan();
+    let tan = (0.5 * fov).to_radians().tangent();
     let [x, y] = p.context().resolution.map(f64::from);
     let (screen, resolution) = (screen?.scaled(tan), DVec2::new(x, y));
     Some(Box::new(Perspective { render_from_camera: p.context().world_from_object, screen, lens, resolution }))

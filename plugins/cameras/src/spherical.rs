@@ -17,6 +17,7 @@ use bhs_core::Plugin;
 use bhs_core::camera::{Camera, CameraMatrices, CameraRay, Projection, is_near_film};
 use bhs_core::equal_area::{equal_area_direction, equal_area_point};
 use bhs_core::params::Params;
+use bhs_elementary::Elementary;
 use glam::{DAffine3, DVec2, DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 
@@ -98,8 +99,8 @@ impl Projection for Spherical {
             Mapping::EqualArea => (equal_area_point(up_is_z), 2.0 * TAU / area),
             Mapping::Equirectangular => {
                 let across = up_is_z.truncate().length();
-                let phi = up_is_z.y.atan2(up_is_z.x).rem_euclid(TAU);
-                (DVec2::new(phi / TAU, across.atan2(up_is_z.z) / PI), across * PI * TAU / area)
+                let phi = up_is_z.y.arctangent2(up_is_z.x).rem_euclid(TAU);
+                (DVec2::new(phi / TAU, across.arctangent2(up_is_z.z) / PI), across * PI * TAU / area)
             }
         };
         let solid_angle = solid_angle * m.determinant().abs() / (m * seen).length().powi(3);
@@ -117,7 +118,7 @@ impl Camera for Spherical {
         let up_is_z = match self.mapping {
             Mapping::EqualArea => equal_area_direction(uv),
             Mapping::Equirectangular => {
-                let ((sin, cos), (sin_phi, cos_phi)) = ((PI * uv.y).sin_cos(), (TAU * uv.x).sin_cos());
+                let ((sin, cos), (sin_phi, cos_phi)) = ((PI * uv.y).sine_cosine(), (TAU * uv.x).sine_cosine());
                 DVec3::new(sin * cos_phi, sin * sin_phi, cos)
             }
         };

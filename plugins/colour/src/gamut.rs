@@ -5,6 +5,7 @@
 //! what is mapped does not depend on the exposure.
 
 use crate::matrix::{inverse, times};
+use bhs_elementary::Elementary;
 
 /// From linear sRGB to the responses whose cube roots are mixed (Ottosson's M1 of 2021, for linear sRGB). Its rows add up to 1.
 const RESPONSES: [[f64; 3]; 3] = [
@@ -24,7 +25,7 @@ const FROM_LAB: [[f64; 3]; 3] = inverse(LAB);
 
 /// Oklab of a linear sRGB colour, which may lie outside of the gamut.
 pub fn oklab(rgb: [f64; 3]) -> [f64; 3] {
-    times(LAB, times(RESPONSES, rgb).map(f64::cbrt))
+    times(LAB, times(RESPONSES, rgb).map(<f64 as Elementary>::cube_root))
 }
 
 /// The linear sRGB colour of an Oklab one.

@@ -1,6 +1,7 @@
 //! sRGB (IEC 61966-2-1): its primaries, its matrix and its curve.
 
 use crate::matrix::{dot, inverse, xyz_from_primaries};
+use bhs_elementary::Elementary;
 
 /// Chromaticities (CIE 1931 x, y) of red, green and blue.
 pub const SRGB_PRIMARIES: [[f64; 2]; 3] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]];
@@ -29,12 +30,12 @@ pub fn luminance(rgb: [f32; 3]) -> f64 {
 /// The sRGB encoding of a linear value, clipped to 0..1.
 pub fn srgb_encode(linear: f32) -> f32 {
     let x = linear.clamp(0.0, 1.0);
-    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.power(1.0 / 2.4) - 0.055 }
 }
 
 /// The linear value of one encoded in sRGB, 0 to 1.
 pub fn srgb_decode(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).power(2.4) }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use crate::gamut::into_gamut;
 use crate::matrix::{inverse, product, times, xyz_from_primaries};
 use crate::srgb::{SRGB_FROM_XYZ, XYZ_FROM_SRGB};
+use bhs_elementary::Elementary;
 
 /// How linear light becomes a linear colour whose parts lie between 0 and 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,17 +89,17 @@ fn sigmoid(x: f64) -> f64 {
     const PIVOT: f64 = 10.0 / 16.5;
     let (power, width) = if x < PIVOT { (3.0, PIVOT) } else { (3.25, 1.0 - PIVOT) };
     // So that the curve is 1/2 away from the middle at its end.
-    let a = ((4.0 * width).powf(power) - 1.0) / width.powf(power);
+    let a = ((4.0 * width).power(power) - 1.0) / width.power(power);
     let off = x - PIVOT;
-    0.5 + 2.0 * off * (1.0 + a * off.abs().powf(power)).powf(-1.0 / power)
+    0.5 + 2.0 * off * (1.0 + a * off.abs().power(power)).power(-1.0 / power)
 }
 
 /// AgX of a linear sRGB colour, in linear sRGB; it may lie a little outside of the gamut.
 fn agx(rgb: [f64; 3]) -> [f64; 3] {
     let inset = times(INSET, times(REC2020_FROM_SRGB, rgb));
-    let curved = inset.map(|x| sigmoid(((x.max(1e-10).log2() - STOPS[0]) / (STOPS[1] - STOPS[0])).clamp(0.0, 1.0)));
+    let curved = inset.map(|x| sigmoid(((x.max(1e-10).logarithm2() - STOPS[0]) / (STOPS[1] - STOPS[0])).clamp(0.0, 1.0)));
     // The curve is for screens of gamma 2.2.
-    times(SRGB_FROM_REC2020, times(OUTSET, curved).map(|x| x.max(0.0).powf(2.2)))
+    times(SRGB_FROM_REC2020, times(OUTSET, curved).map(|x| x.max(0.0).power(2.2)))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use crate::matrix::{Matrix, inverse, product, times};
 use crate::observer::{D65_XYZ, standard_observer};
 use crate::srgb::{SRGB_FROM_XYZ, XYZ_FROM_SRGB};
+use bhs_elementary::Elementary;
 
 /// Temperatures that [`white_of`] knows (K).
 pub const TEMPERATURES: [f64; 2] = [1000.0, 25_000.0];
@@ -36,7 +37,7 @@ pub fn white_of(kelvin: f64) -> [f64; 3] {
 fn black_body(kelvin: f64) -> [f64; 3] {
     let mut xyz = [0.0; 3];
     for [lambda_nm, bar @ ..] in standard_observer() {
-        let power = (lambda_nm / 560.0).powi(-5) / ((1.438_776_877e7 / (lambda_nm * kelvin)).exp() - 1.0);
+        let power = (lambda_nm / 560.0).powi(-5) / ((1.438_776_877e7 / (lambda_nm * kelvin)).exponential() - 1.0);
         xyz.iter_mut().zip(bar).for_each(|(sum, bar)| *sum += bar * power);
     }
     xyz.map(|x| x / xyz[1])

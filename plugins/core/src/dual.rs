@@ -1,6 +1,7 @@
 //! Numbers that carry their gradient: exact derivatives of whatever is computed with them (forward automatic differentiation).
 
 use crate::real::Real;
+use bhs_elementary::Elementary;
 use glam::DVec3;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -57,32 +58,32 @@ impl Dual {
     /// e to the power of it.
     #[inline]
     pub fn exp(self) -> Self {
-        let value = self.value.exp();
+        let value = self.value.exponential();
         self.chain(value, value)
     }
 
     /// Natural logarithm.
     #[inline]
     pub fn ln(self) -> Self {
-        self.chain(self.value.ln(), 1.0 / self.value)
+        self.chain(self.value.logarithm(), 1.0 / self.value)
     }
 
     /// Sine (of radians).
     #[inline]
     pub fn sin(self) -> Self {
-        self.chain(self.value.sin(), self.value.cos())
+        self.chain(self.value.sine(), self.value.cosine())
     }
 
     /// Cosine (of radians).
     #[inline]
     pub fn cos(self) -> Self {
-        self.chain(self.value.cos(), -self.value.sin())
+        self.chain(self.value.cosine(), -self.value.sine())
     }
 
     /// Arc tangent (rad).
     #[inline]
     pub fn atan(self) -> Self {
-        self.chain(self.value.atan(), 1.0 / (1.0 + self.value * self.value))
+        self.chain(self.value.arctangent(), 1.0 / (1.0 + self.value * self.value))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The octahedral map of equal solid angles, between the sphere and the unit square: skies, cameras and lights share it.
 
+use bhs_elementary::Elementary;
 use glam::{DVec2, DVec3, Vec2Swizzles};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -22,14 +23,14 @@ pub fn equal_area_direction(mut p: DVec2) -> DVec3 {
     let phi = if r == 0.0 { FRAC_PI_4 } else { ((a.y - a.x) / r + 1.0) * FRAC_PI_4 };
     let sin_theta = r * (2.0 - r * r).max(0.0).sqrt();
     let z = (1.0 - r * r).copysign(signed);
-    DVec3::new(phi.cos().copysign(uv.x) * sin_theta, phi.sin().copysign(uv.y) * sin_theta, z)
+    DVec3::new(phi.cosine().copysign(uv.x) * sin_theta, phi.sine().copysign(uv.y) * sin_theta, z)
 }
 
 /// The point of the unit square whose [`equal_area_direction`] is the unit vector `d`.
 #[must_use]
 pub fn equal_area_point(d: DVec3) -> DVec2 {
     let r = (1.0 - d.z.abs()).max(0.0).sqrt();
-    let phi = d.y.abs().atan2(d.x.abs()) / FRAC_PI_2;
+    let phi = d.y.abs().arctangent2(d.x.abs()) / FRAC_PI_2;
     let upper = DVec2::new(r - r * phi, r * phi);
     let p = if d.z < 0.0 { 1.0 - upper.yx() } else { upper };
     0.5 * (p.copysign(d.truncate()) + 1.0)

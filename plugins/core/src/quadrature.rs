@@ -1,12 +1,13 @@
 //! Integrals by the rule of Gauss and Legendre.
 
+use bhs_elementary::Elementary;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 /// Node number `i` of the rule of `nodes` points on 0..1, and its weight.
 pub fn gauss_legendre(i: usize, nodes: usize) -> [f64; 2] {
     // Newton's method on the Legendre polynomial from Tricomi's guess of its roots.
-    let mut x = (PI * (i as f64 + 0.75) / (nodes as f64 + 0.5)).cos();
+    let mut x = (PI * (i as f64 + 0.75) / (nodes as f64 + 0.5)).cosine();
     let mut slope = 1.0;
     for _ in 0..20 {
         let (mut p, mut before) = (1.0, 0.0);

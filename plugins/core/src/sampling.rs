@@ -1,5 +1,6 @@
 //! Random numbers as a pure function of (seed, pixel, sample, dimension), and the usual maps from the unit square.
 
+use bhs_elementary::Elementary;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_4, PI};
 
@@ -235,7 +236,7 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
 pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
     let z = u.x;
     let r = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let (sin, cos) = (2.0 * PI * u.y).sine_cosine();
     Vec3::new(r * cos, r * sin, z)
 }
 

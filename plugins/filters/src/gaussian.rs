@@ -16,6 +16,7 @@ use crate::separable::Separable;
 use bhs_core::Plugin;
 use bhs_core::camera::Filter;
 use bhs_core::params::Params;
+use bhs_elementary::Elementary;
 
 /// The entry of this file in the crate's list.
 pub const PLUGIN: Plugin<dyn Filter> =
@@ -24,6 +25,6 @@ pub const PLUGIN: Plugin<dyn Filter> =
 fn build(p: &Params) -> Option<Box<dyn Filter>> {
     let radii = radii(p, 1.5);
     let sigma = p.get_in("sigma", 0.5, 1e-3..=64.0, "pixels", "standard deviation of the bell");
-    let bell = move |x: f64| (-0.5 * (x / sigma) * (x / sigma)).exp();
+    let bell = move |x: f64| (-0.5 * (x / sigma) * (x / sigma)).exponential();
     Some(Box::new(Separable::new(radii, |radius| move |x| (bell(x) - bell(radius)).max(0.0))))
 }

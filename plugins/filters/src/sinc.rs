@@ -18,6 +18,7 @@ use crate::separable::Separable;
 use bhs_core::Plugin;
 use bhs_core::camera::Filter;
 use bhs_core::params::Params;
+use bhs_elementary::Elementary;
 use std::f64::consts::PI;
 
 /// The entry of this file in the crate's list.
@@ -33,5 +34,5 @@ fn build(p: &Params) -> Option<Box<dyn Filter>> {
 fn sinc(x: f64) -> f64 {
     let x = PI * x;
     // Below, 1 to double precision.
-    if x.abs() < 1e-8 { 1.0 } else { x.sin() / x }
+    if x.abs() < 1e-8 { 1.0 } else { x.sine() / x }
 }

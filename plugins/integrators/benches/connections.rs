@@ -4,6 +4,7 @@
 //! `cargo bench -p bhs-integrators --bench connections`
 
 use bhs_core::spacetime::Spherical;
+use bhs_elementary::Elementary;
 use bhs_integrators::spherical::connect::{connect, connect_pair, connect_pairs, spread_of};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
@@ -27,7 +28,7 @@ fn points() -> (Spherical, Vec<(DVec3, DVec3)>) {
     let point = |i: usize, [a, b, c]: [usize; 3]| {
         let (z, phi) = (2.0 * halton(i, a) - 1.0, std::f64::consts::TAU * halton(i, b));
         let s = (1.0 - z * z).sqrt();
-        center + DVec3::new(s * phi.cos(), s * phi.sin(), z) * (0.3 * 20f64.powf(halton(i, c)))
+        center + DVec3::new(s * phi.cosine(), s * phi.sine(), z) * (0.3 * 20f64.power(halton(i, c)))
     };
     let hole = Spherical { center, rs: 0.1, charge_squared: 0.0 };
     (hole, (1..=PAIRS).map(|i| (point(i, [2, 3, 5]), point(i, [7, 11, 13]))).collect())

@@ -7,6 +7,7 @@
 mod common;
 
 use bhs_core::geometry::{Segment, TriangleMesh};
+use bhs_elementary::Elementary;
 use common::*;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
@@ -22,9 +23,9 @@ fn bumpy_torus() -> TriangleMesh {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for (i, j) in (0..around).flat_map(|i| (0..across).map(move |j| (i, j))) {
         let (u, v) = (angle(i, around), angle(j, across));
-        let r = 0.3 + 0.03 * (23.0 * u).sin() * (17.0 * v).cos();
-        let out = 0.6 + r * v.cos();
-        positions.push(DVec3::new(out * u.cos(), r * v.sin(), out * u.sin()));
+        let r = 0.3 + 0.03 * (23.0 * u).sine() * (17.0 * v).cosine();
+        let out = 0.6 + r * v.cosine();
+        positions.push(DVec3::new(out * u.cosine(), r * v.sine(), out * u.sine()));
         let at = |i: u32, j: u32| (i % around) * across + j % across;
         triangles.extend([[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]);
     }

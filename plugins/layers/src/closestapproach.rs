@@ -11,6 +11,7 @@ use bhs_core::Plugin;
 use bhs_core::params::Params;
 use bhs_core::ray::Arrival;
 use bhs_core::spacetime::Spherical;
+use bhs_elementary::Elementary;
 use bhs_engine::layer::{Layer, LayerFormat, Value, VisibleSurface, scalar};
 use glam::DVec3;
 
@@ -63,7 +64,7 @@ fn periapsis(hole: &Spherical, b: f64) -> f64 {
     if charge_squared == 0.0 {
         // That of r^3 - b^2 r + b^2 rs (Viete).
         let critical = 1.5 * 3f64.sqrt() * rs;
-        return 2.0 * b / 3f64.sqrt() * ((-critical / b).max(-1.0).acos() / 3.0).cos();
+        return 2.0 * b / 3f64.sqrt() * ((-critical / b).max(-1.0).arccosine() / 3.0).cosine();
     }
     // Newton's method from outside comes down to it.
     let mut r = b;

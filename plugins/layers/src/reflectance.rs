@@ -3,6 +3,7 @@
 use bhs_core::camera::Film;
 use bhs_core::material::{Material, Shading};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
+use bhs_elementary::Elementary;
 use bhs_engine::layer::Value;
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -92,7 +93,7 @@ fn around(cos: f32, color: impl Fn(Vec3) -> Value) -> Value {
     let sin = (1.0 - z * z).max(0.0).sqrt();
     let mut mean = [0.0; 3];
     for k in 0..AROUND {
-        let (y, x) = (TAU / AROUND as f32 * (k as f32 + 0.5)).sin_cos();
+        let (y, x) = (TAU / AROUND as f32 * (k as f32 + 0.5)).sine_cosine();
         let value = color(Vec3::new(sin * x, sin * y, z));
         (0..3).for_each(|c| mean[c] += value[c] / f64::from(AROUND));
     }
@@ -160,7 +161,7 @@ pub mod tests {
             let (sin, count) = ((1.0 - cos * cos).sqrt(), 64);
             let mut mean = [0.0; 3];
             for k in 0..count {
-                let (y, x) = (TAU * k as f32 / count as f32).sin_cos();
+                let (y, x) = (TAU * k as f32 / count as f32).sine_cosine();
                 let one = exact(Vec3::new(sin * x, sin * y, cos));
                 for c in 0..3 {
                     worst[0] = worst[0].max((one[c] - found[c]).abs());

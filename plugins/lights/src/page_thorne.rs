@@ -4,6 +4,7 @@
 //! Sources: Bardeen, Press and Teukolsky 1972 (orbits); Novikov and Thorne 1973, Page and Thorne 1974, eqs. 11, 12 and 15n (flux); with charge,
 //! orbits in the field `2 M r - q^2` in place of `2 M r`.
 
+use bhs_elementary::Elementary;
 use std::f64::consts::PI;
 
 /// The disc around one hole.
@@ -79,19 +80,19 @@ impl PageThorne {
     fn closed_form(&self, r: f64) -> f64 {
         let a = self.a;
         let (x, x0) = (r.sqrt(), self.isco.sqrt());
-        let third = a.clamp(-1.0, 1.0).acos() / 3.0;
-        let [x1, x2, x3] = [2.0 * (third - PI / 3.0).cos(), 2.0 * (third + PI / 3.0).cos(), -2.0 * third.cos()];
+        let third = a.clamp(-1.0, 1.0).arccosine() / 3.0;
+        let [x1, x2, x3] = [2.0 * (third - PI / 3.0).cosine(), 2.0 * (third + PI / 3.0).cosine(), -2.0 * third.cosine()];
         let term = |i: f64, j: f64, k: f64| {
             // Without spin one of the roots is 0, and its term too.
-            if i == 0.0 { 0.0 } else { 3.0 * (i - a) * (i - a) / (i * (i - j) * (i - k)) * ((x - x0) / (x0 - i)).ln_1p() }
+            if i == 0.0 { 0.0 } else { 3.0 * (i - a) * (i - a) / (i * (i - j) * (i - k)) * ((x - x0) / (x0 - i)).logarithm_1p() }
         };
-        let bracket = x - x0 - 1.5 * a * (x / x0).ln() - term(x1, x2, x3) - term(x2, x3, x1) - term(x3, x1, x2);
+        let bracket = x - x0 - 1.5 * a * (x / x0).logarithm() - term(x1, x2, x3) - term(x2, x3, x1) - term(x3, x1, x2);
         1.5 / (x.powi(4) * (x.powi(3) - 3.0 * x + 2.0 * a)) * bracket
     }
 
     /// Page and Thorne 1974, eq. 12 with the determinant `r` of the equatorial metric: of any such hole.
     fn by_quadrature(&self, r: f64) -> f64 {
-        let along = (r / self.isco).ln();
+        let along = (r / self.isco).logarithm();
         let whole = ((along / STEP) as usize).min(self.integrals.len().saturating_sub(1));
         let before = self.integrals.get(whole).copied().unwrap_or(0.0);
         let mut integral = before;
@@ -120,7 +121,7 @@ impl PageThorne {
         ];
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let at = |y: f64| {
-            let r = self.isco * y.exp();
+            let r = self.isco * y.exponential();
             let orbit = self.orbit(r);
             orbit.per_ut * orbit.d_l * r
         };
@@ -155,8 +156,8 @@ impl PageThorne {
     /// Radius and value of the greatest flux, by golden section: it rises to it and falls after it.
     fn hottest(&self) -> (f64, f64) {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
-        let (mut low, mut high) = (self.isco.ln(), (8.0 * self.isco).ln());
-        let at = |y: f64| self.flux(y.exp());
+        let (mut low, mut high) = (self.isco.logarithm(), (8.0 * self.isco).logarithm());
+        let at = |y: f64| self.flux(y.exponential());
         let (mut c, mut d) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
         let (mut at_c, mut at_d) = (at(c), at(d));
         for _ in 0..60 {
@@ -170,14 +171,14 @@ impl PageThorne {
                 at_d = at(d);
             }
         }
-        let r = (0.5 * (low + high)).exp();
+        let r = (0.5 * (low + high)).exponential();
         (r, self.flux(r).max(at_c).max(at_d))
     }
 }
 
 /// Bardeen, Press and Teukolsky 1972, eq. 2.21.
 fn isco(a: f64) -> f64 {
-    let z1 = 1.0 + (1.0 - a * a).max(0.0).cbrt() * ((1.0 + a).cbrt() + (1.0 - a).cbrt());
+    let z1 = 1.0 + (1.0 - a * a).max(0.0).cube_root() * ((1.0 + a).cube_root() + (1.0 - a).cube_root());
     let z2 = (3.0 * a * a + z1 * z1).sqrt();
     let root = ((3.0 - z1) * (3.0 + z1 + 2.0 * z2)).max(0.0).sqrt();
     3.0 + z2 - if a < 0.0 { -root } else { root }

@@ -21,6 +21,7 @@ use bhs_core::light::Light;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum};
+use bhs_elementary::Elementary;
 use bhs_spectra::{d65, rgb_emission};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -34,7 +35,7 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let picture = filename.and_then(|f| picture::read(p, f)).map(Picture::new);
     let mut light = picture.as_ref().map(|picture| {
         let [width, height] = picture.size().map(|n| n as f64);
-        let shorter = (fov.to_radians() / 2.0).tan();
+        let shorter = (fov.to_radians() / 2.0).tangent();
         Screen { half: DVec2::new(width, height) / width.min(height) * shorter }
     });
     let flux = match (&picture, &light) {
@@ -65,7 +66,7 @@ impl Screen {
             let at = DVec2::new((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
             let place = (2.0 * at - 1.0) * self.half;
             // The area's solid angle falls off with the cube of the cosine.
-            bhs_colour::luminance(picture.texel(x, y)) * (1.0 + place.length_squared()).powf(-1.5)
+            bhs_colour::luminance(picture.texel(x, y)) * (1.0 + place.length_squared()).power(-1.5)
         };
         let sum: f64 = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).sum();
         4.0 * self.half.x * self.half.y * sum / (width * height) as f64

@@ -8,6 +8,7 @@ use bhs_colour::luminance;
 use bhs_core::equal_area::{equal_area_direction, equal_area_point};
 use bhs_core::image::Image;
 use bhs_core::sampling::{Discrete, ONE_MINUS_EPSILON};
+use bhs_elementary::Elementary;
 use glam::{DVec2, DVec3, Vec2};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -107,7 +108,7 @@ impl SkyMap {
         }
         let row = |y| {
             // The integral of sin cos over what part of the row lies above the horizon.
-            let [top, bottom] = [y, y + 1].map(|y| (y as f64 / height as f64 * PI).min(PI / 2.0).sin());
+            let [top, bottom] = [y, y + 1].map(|y| (y as f64 / height as f64 * PI).min(PI / 2.0).sine());
             let mean = (0..width).map(|x| luminance(self.texel(x, y))).sum::<f64>() / width as f64;
             mean * PI * (bottom * bottom - top * top)
         };
@@ -150,7 +151,7 @@ impl SkyMap {
         let [top, bottom] = row_cosines(y, height);
         let z = top + (bottom - top) * f64::from(v);
         let (sin, phi) = ((1.0 - z * z).max(0.0).sqrt(), TAU * (x as f64 + f64::from(within)) / width as f64);
-        Some((DVec3::new(sin * phi.cos(), sin * phi.sin(), z), self.density(x, y)))
+        Some((DVec3::new(sin * phi.cosine(), sin * phi.sine(), z), self.density(x, y)))
     }
 
     /// The density with which [`SkyMap::sample`] draws a direction, per solid angle.
@@ -200,9 +201,9 @@ impl SkyMap {
             let p = equal_area_point(direction);
             return [(p.x, width), (p.y, height)].map(|(share, n)| ((share.max(0.0) * n as f64) as usize).min(n - 1));
         }
-        let phi = direction.y.atan2(direction.x).rem_euclid(TAU);
+        let phi = direction.y.arctangent2(direction.x).rem_euclid(TAU);
         // The sine, too: near the poles the cosine alone is blunt.
-        let theta = direction.x.hypot(direction.y).atan2(direction.z);
+        let theta = direction.x.hypotenuse(direction.y).arctangent2(direction.z);
         let at = |share: f64, n: usize| ((share * n as f64) as usize).min(n - 1);
         [at(phi / TAU, width), at(theta / PI, height)]
     }
@@ -210,7 +211,7 @@ impl SkyMap {
 
 /// Cosines of the polar angles of a row's upper and lower edge, in a picture of `height` rows.
 fn row_cosines(y: usize, height: usize) -> [f64; 2] {
-    [y, y + 1].map(|y| (PI * y as f64 / height as f64).cos())
+    [y, y + 1].map(|y| (PI * y as f64 / height as f64).cosine())
 }
 
 /// Solid angle of a row.

@@ -25,6 +25,7 @@ use bhs_core::light::Light;
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SpectrumRole};
+use bhs_elementary::Elementary;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -38,7 +39,7 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
     let aim = aim(p, ["where it is, under the current transform", "a point that it shines at"]);
     let angle = p.get_in("coneangle", 30.0, 0.001..=180.0, "deg", "half of the cone's opening");
     let delta = p.get_in("conedeltaangle", 5.0, 0.0..=180.0, "deg", "the outer part of that, over which it falls off");
-    let cos = |degrees: f64| degrees.max(0.0).to_radians().cos();
+    let cos = |degrees: f64| degrees.max(0.0).to_radians().cosine();
     let cone = Cone { outer: cos(angle), inner: cos(angle - delta) };
     let (position, axis) = aim.unwrap_or_default();
     let source = FromPoint::read(p, (intensity, scale), cone.solid_angle(), position);

@@ -40,6 +40,7 @@ use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
 use bhs_core::sampling::Discrete;
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum};
+use bhs_elementary::Elementary;
 use bhs_spectra::Planck;
 use discs::Discs;
 use glam::{DMat3, DVec3, Vec2};
@@ -68,7 +69,7 @@ struct Star {
 
 /// The irradiance, weighted by the eye, of a star of a magnitude [W m^-2 nm^-1].
 fn irradiance_of(magnitude: f64) -> f64 {
-    MAGNITUDE_0 * 10f64.powf(-0.4 * magnitude)
+    MAGNITUDE_0 * 10f64.power(-0.4 * magnitude)
 }
 
 fn build(p: &Params) -> Option<Box<dyn Light>> {
@@ -96,7 +97,7 @@ fn build(p: &Params) -> Option<Box<dyn Light>> {
         let at = if p.is_given("faintest") { "faintest" } else { "filename" };
         p.reject(at, "no star is left", "all are fainter than `faintest`");
     }
-    let solid_angle = TAU * (1.0 - radius.cos());
+    let solid_angle = TAU * (1.0 - radius.cosine());
     let sum: f64 = stars.iter().map(|star| star.irradiance).sum();
     if sum * scale / solid_angle > f64::from(f32::MAX) * 1e-6 {
         p.reject("scale", "the stars are too bright", format!("together they have {:.3e} W m^-2 nm^-1", sum * scale));

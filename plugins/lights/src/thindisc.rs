@@ -40,8 +40,9 @@ use bhs_core::plugin::Plugin;
 use bhs_core::spacetime::{Axial, Spacetime};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum};
 use bhs_core::texture::{FloatParameter, Texture};
+use bhs_elementary::{Elementary, rotation};
 use bhs_spectra::{HOTTEST, Planck};
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -235,7 +236,7 @@ impl AreaLight for ThinDisc {
 
     fn inner_edge(&self) -> Option<f64> {
         let Bound { hole, orbits, .. } = self.bound.as_ref()?;
-        Some((orbits.isco() * hole.mass).hypot(hole.a))
+        Some((orbits.isco() * hole.mass).hypotenuse(hole.a))
     }
 
     fn matter(&self, point: DVec3) -> Matter {
@@ -253,7 +254,7 @@ impl AreaLight for ThinDisc {
 
     fn at_time_zero(&self, point: DVec3, time: f64) -> DVec3 {
         let Some(bound) = &self.bound else { return point };
-        let back = DQuat::from_axis_angle(bound.axis, -bound.omega(point) * (self.time + time));
+        let back = rotation(bound.axis, -bound.omega(point) * (self.time + time));
         bound.hole.center + back * (point - bound.hole.center)
     }
 }

@@ -6,6 +6,7 @@ use crate::fresnel;
 use crate::microfacet::Ggx;
 use crate::rough_interface::Interface;
 use bhs_core::sampling::cosine_hemisphere;
+use bhs_elementary::Elementary;
 use glam::{Vec2, Vec3};
 
 /// Intervals of the tables, in the cosine.
@@ -69,7 +70,7 @@ impl Coat {
 
     /// What is left of light that crosses the coat at the cosine `cos` inside.
     fn crossing(&self, cos: f32) -> f32 {
-        (-self.thickness / cos.max(1e-6)).exp()
+        (-self.thickness / cos.max(1e-6)).exponential()
     }
 
     /// The shares of one facet in what is reflected and what gets through; light inside crosses the coat once more.

@@ -30,6 +30,7 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::material::{BsdfSample, Material, Shading, estimated_reflectance};
 use bhs_core::params::Params;
 use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
+use bhs_elementary::Elementary;
 use glam::{Vec2, Vec3};
 
 /// The entry in the list of plugins.
@@ -90,7 +91,7 @@ impl CoatedConductor {
 
     /// What is left of light that crosses the coat at the cosine `cos` inside.
     fn crossing(&self, cos: f32) -> f32 {
-        (-self.thickness / cos.max(1e-6)).exp()
+        (-self.thickness / cos.max(1e-6)).exponential()
     }
 
     /// What gets in from `wo`, is reflected by the metal with the share of the cosine `cos` there, and gets out to `wi`, in any number of rounds.

@@ -5,6 +5,7 @@
 //! are drawn from those that the viewer sees (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps"). Directions have z
 //! along the macroscopic normal and z >= 0.
 
+use bhs_elementary::Elementary;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -76,7 +77,7 @@ impl Ggx {
         let stretched = Vec3::new(self.alpha.x * wo.x, self.alpha.y * wo.y, wo.z).normalize();
         let z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
-        let (sin, cos) = (2.0 * PI * u.x).sin_cos();
+        let (sin, cos) = (2.0 * PI * u.x).sine_cosine();
         let h = Vec3::new(r * cos, r * sin, z) + stretched;
         Vec3::new(self.alpha.x * h.x, self.alpha.y * h.y, h.z.max(0.0)).try_normalize().unwrap_or(Vec3::Z)
     }

@@ -3,6 +3,7 @@
 use crate::ellipsoid::cofactors;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::params::Params;
+use bhs_elementary::Elementary;
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
@@ -71,6 +72,6 @@ pub(crate) fn phi_max(p: &Params) -> Option<f64> {
 
 /// The angle around z, from 0 to 2 pi.
 pub(crate) fn azimuth(p: DVec3) -> f64 {
-    let phi = p.y.atan2(p.x);
+    let phi = p.y.arctangent2(p.x);
     if phi < 0.0 { phi + TAU } else { phi }
 }

@@ -33,7 +33,8 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::{Shape, WorldMesh};
 use bhs_core::params::{Normal3, Params, Point3};
 use bhs_core::plugin::Plugin;
-use glam::{DVec2, DVec3};
+use bhs_elementary::{Elementary, unit_vector};
+use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// The entry in the list of shapes.
@@ -175,7 +176,7 @@ struct Curve {
 
 /// The angle between two directions; 0 where one of them is none.
 fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
+    a.cross(b).length().arctangent2(a.dot(b))
 }
 
 impl Curve {
@@ -224,10 +225,10 @@ impl Curve {
                 None => {
                     let other = side.cross(along);
                     // A polygon's mean width is its circumference over pi.
-                    let radius = width * PI / (2.0 * SIDES as f64 * (PI / SIDES as f64).sin());
+                    let radius = width * PI / (2.0 * SIDES as f64 * (PI / SIDES as f64).sine());
                     let corner = |k: usize| {
                         let v = k as f64 / SIDES as f64;
-                        let out = DVec2::from_angle(TAU * (k % SIDES) as f64 / SIDES as f64);
+                        let out = unit_vector(TAU * (k % SIDES) as f64 / SIDES as f64);
                         let out = side * out.x + other * out.y;
                         (out * radius, out, v)
                     };
@@ -265,9 +266,9 @@ fn carried(side: DVec3, from: DVec3, to: DVec3) -> DVec3 {
 /// The unit normal between two, turning evenly.
 fn between(a: DVec3, b: DVec3, u: f64) -> DVec3 {
     let whole = angle(a, b);
-    let sin = whole.sin();
+    let sin = whole.sine();
     if sin < 1e-9 {
         return a;
     }
-    (a * ((1.0 - u) * whole).sin() + b * (u * whole).sin()) / sin
+    (a * ((1.0 - u) * whole).sine() + b * (u * whole).sine()) / sin
 }

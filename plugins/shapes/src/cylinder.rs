@@ -22,6 +22,7 @@ use crate::ellipsoid::gauss_legendre;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Segment, Shape, SurfaceGeometry, WorldGeometry};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
+use bhs_elementary::Elementary;
 use glam::{DVec3, Vec2, Vec4};
 
 /// The entry in the list of shapes.
@@ -93,7 +94,7 @@ impl Cylinder {
         let mean: f64 = (0..PARTS)
             .flat_map(|part| nodes.iter().map(move |(s, w)| ((part as f64 + s) / PARTS as f64, w / PARTS as f64)))
             .map(|(s, w)| {
-                let (sin, cos) = (self.phi_max * s).sin_cos();
+                let (sin, cos) = (self.phi_max * s).sine_cosine();
                 w * self.place.area_factor(DVec3::new(cos, sin, 0.0))
             })
             .sum();
@@ -108,14 +109,15 @@ impl Cylinder {
 impl Analytic for Cylinder {
     fn bounds(&self) -> Aabb {
         let m = self.place.world_from_own;
-        let reach = DVec3::new(m.x_axis.x.hypot(m.y_axis.x), m.x_axis.y.hypot(m.y_axis.y), m.x_axis.z.hypot(m.y_axis.z));
+        let reach =
+            DVec3::new(m.x_axis.x.hypotenuse(m.y_axis.x), m.x_axis.y.hypotenuse(m.y_axis.y), m.x_axis.z.hypotenuse(m.y_axis.z));
         let ends = self.z.map(|z| self.place.center + m.z_axis * z);
         Aabb { min: ends[0].min(ends[1]) - reach, max: ends[0].max(ends[1]) + reach }
     }
 
     fn may_pass(&self, middle: DVec3, half: DVec3) -> bool {
         let (p, half) = (self.place.point_to_own(middle), self.place.half_to_own(half));
-        let (r, reach) = (p.x.hypot(p.y), half.x.hypot(half.y));
+        let (r, reach) = (p.x.hypotenuse(p.y), half.x.hypotenuse(half.y));
         r - reach <= 1.0 && r + reach >= 1.0 && p.z - half.z <= self.z[1] && p.z + half.z >= self.z[0]
     }
 
@@ -162,7 +164,7 @@ impl Analytic for Cylinder {
 
     fn sample(&self, u: Vec2) -> AreaSample {
         let u = u.as_dvec2();
-        let (sin, cos) = (self.phi_max * u.y).sin_cos();
+        let (sin, cos) = (self.phi_max * u.y).sine_cosine();
         let p = DVec3::new(cos, sin, self.z[0] + (self.z[1] - self.z[0]) * u.x);
         let SurfaceGeometry { normal, uv, .. } = self.surface_at(p);
         AreaSample { point: self.place.point_to_world(p), normal, uv, pdf: self.density(p) }

@@ -22,6 +22,7 @@ use crate::affine::{Affine, azimuth, phi_max};
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Segment, Shape, SurfaceGeometry, WorldGeometry};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
+use bhs_elementary::Elementary;
 use glam::{DVec3, Vec2, Vec4};
 
 /// The entry in the list of shapes.
@@ -66,7 +67,7 @@ impl Disk {
 
     fn surface_at(&self, p: DVec3) -> SurfaceGeometry {
         let normal = self.place.normal(DVec3::Z);
-        let v = (1.0 - p.x.hypot(p.y)) / (1.0 - self.inner);
+        let v = (1.0 - p.x.hypotenuse(p.y)) / (1.0 - self.inner);
         let uv = Vec2::new((azimuth(p) / self.phi_max) as f32, v as f32).clamp(Vec2::ZERO, Vec2::ONE);
         SurfaceGeometry { normal, shading_normal: normal, uv, second_uv: None, colour: Vec4::ONE }
     }
@@ -76,13 +77,13 @@ impl Analytic for Disk {
     fn bounds(&self) -> Aabb {
         // The whole ellipse reaches as far along an axis as that row of the matrix' first two columns is long.
         let (x, y) = (self.place.world_from_own.x_axis, self.place.world_from_own.y_axis);
-        let reach = DVec3::new(x.x.hypot(y.x), x.y.hypot(y.y), x.z.hypot(y.z));
+        let reach = DVec3::new(x.x.hypotenuse(y.x), x.y.hypotenuse(y.y), x.z.hypotenuse(y.z));
         Aabb { min: self.place.center - reach, max: self.place.center + reach }
     }
 
     fn may_pass(&self, middle: DVec3, half: DVec3) -> bool {
         let (p, half) = (self.place.point_to_own(middle), self.place.half_to_own(half));
-        let (r, reach) = (p.x.hypot(p.y), half.x.hypot(half.y));
+        let (r, reach) = (p.x.hypotenuse(p.y), half.x.hypotenuse(half.y));
         p.z.abs() <= half.z && r - reach <= 1.0 && r + reach >= self.inner
     }
 
@@ -113,7 +114,7 @@ impl Analytic for Disk {
         let u = u.as_dvec2();
         let inside = self.inner * self.inner;
         let r = (inside + (1.0 - inside) * u.x).sqrt();
-        let (sin, cos) = (self.phi_max * u.y).sin_cos();
+        let (sin, cos) = (self.phi_max * u.y).sine_cosine();
         let p = DVec3::new(r * cos, r * sin, 0.0);
         let SurfaceGeometry { normal, uv, .. } = self.surface_at(p);
         AreaSample { point: self.place.point_to_world(p), normal, uv, pdf: 1.0 / self.area() }

@@ -4,6 +4,7 @@
 //! an ellipsoid is the integral of |C n| over directions: 4 pi R_G(x, y, z) with the squared singular values of C, where R_G is
 //! Carlson's complete symmetric integral (DLMF 19.16.2_5 and 19.33.1).
 
+use bhs_elementary::Elementary;
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
@@ -30,7 +31,7 @@ pub(crate) fn part_area(c: DMat3, z_min: f64, z_max: f64, phi_max: f64) -> f64 {
         let z = z_min + (z_max - z_min) * s;
         let r = (1.0 - z * z).max(0.0).sqrt();
         for (t, wt) in &nodes {
-            let (sin, cos) = (phi_max * t).sin_cos();
+            let (sin, cos) = (phi_max * t).sine_cosine();
             sum += ws * wt * (c * DVec3::new(r * cos, r * sin, z)).length();
         }
     }
@@ -42,7 +43,7 @@ pub(crate) fn gauss_legendre() -> [(f64, f64); 64] {
     let n = 64.0f64;
     std::array::from_fn(|i| {
         // Newton's method on the Legendre polynomial from Tricomi's guess of its roots.
-        let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cosine();
         let mut slope = 1.0;
         for _ in 0..8 {
             let (mut p0, mut p1) = (1.0, x);
@@ -71,8 +72,8 @@ fn singular_squares(m: DMat3) -> [f64; 3] {
             }
             worst = worst.max(along.abs() / size);
             let zeta = (b.length_squared() - a.length_squared()) / (2.0 * along);
-            let t = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-            let cos = 1.0 / t.hypot(1.0);
+            let t = zeta.signum() / (zeta.abs() + zeta.hypotenuse(1.0));
+            let cos = 1.0 / t.hypotenuse(1.0);
             columns[p] = (a - b * t) * cos;
             columns[q] = (a * t + b) * cos;
         }

@@ -24,6 +24,7 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::{Shape, WorldMesh};
 use bhs_core::params::{Params, Point3};
 use bhs_core::plugin::Plugin;
+use bhs_elementary::Elementary;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -186,7 +187,7 @@ fn inner_normal(ring: &[DVec3]) -> DVec3 {
     let n = ring.len() as f64;
     // Clockwise, as pbrt-v4 goes around.
     let tangent = |f: fn(f64) -> f64| ring.iter().rev().enumerate().map(|(j, p)| f(TAU * j as f64 / n) * *p).sum::<DVec3>();
-    tangent(f64::cos).cross(tangent(f64::sin))
+    tangent(<f64 as Elementary>::cosine).cross(tangent(<f64 as Elementary>::sine))
 }
 
 /// The normal on the border.
@@ -199,8 +200,8 @@ fn border_normal(ring: &[DVec3], at: DVec3) -> DVec3 {
         4 => -ring[0] + 2.0 * ring[1] + 2.0 * ring[2] - ring[3] - 2.0 * at,
         n => {
             let theta = PI / (n - 1) as f64;
-            let inner = (1..last).map(|k| (2.0 * theta.cos() - 2.0) * (k as f64 * theta).sin() * ring[k]);
-            -(theta.sin() * (ring[0] + ring[last]) + inner.sum::<DVec3>())
+            let inner = (1..last).map(|k| (2.0 * theta.cosine() - 2.0) * (k as f64 * theta).sine() * ring[k]);
+            -(theta.sine() * (ring[0] + ring[last]) + inner.sum::<DVec3>())
         }
     };
     along.cross(across)

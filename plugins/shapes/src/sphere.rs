@@ -22,6 +22,7 @@ use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Segment, Shape, SurfaceGeometry, WorldGeometry};
 use bhs_core::params::Params;
 use bhs_core::plugin::Plugin;
+use bhs_elementary::Elementary;
 use glam::{DMat3, DVec3, Vec2, Vec4};
 use std::f64::consts::TAU;
 
@@ -86,7 +87,7 @@ impl Part {
 
 /// The angle around z, from 0 to 2 pi.
 fn azimuth(p: DVec3) -> f64 {
-    let phi = p.y.atan2(p.x);
+    let phi = p.y.arctangent2(p.x);
     if phi < 0.0 { phi + TAU } else { phi }
 }
 
@@ -121,8 +122,8 @@ impl Sphere {
 
     fn surface_at(&self, p: DVec3) -> SurfaceGeometry {
         let normal = (self.outward * p).normalize();
-        let [v0, v1] = self.part.z.map(f64::acos);
-        let v = (p.z.clamp(-1.0, 1.0).acos() - v0) / (v1 - v0);
+        let [v0, v1] = self.part.z.map(<f64 as Elementary>::arccosine);
+        let v = (p.z.clamp(-1.0, 1.0).arccosine() - v0) / (v1 - v0);
         let uv = Vec2::new((azimuth(p) / self.part.phi_max) as f32, v as f32).clamp(Vec2::ZERO, Vec2::ONE);
         SurfaceGeometry { normal, shading_normal: normal, uv, second_uv: None, colour: Vec4::ONE }
     }
@@ -187,10 +188,10 @@ impl Analytic for Sphere {
 
     fn tangents(&self, point: DVec3) -> Option<[DVec3; 2]> {
         let p = self.unit(point);
-        let r = p.x.hypot(p.y);
+        let r = p.x.hypotenuse(p.y);
         // At a pole any meridian is as good as another.
         let [cos, sin] = if r > 0.0 { [p.x / r, p.y / r] } else { [1.0, 0.0] };
-        let [v0, v1] = self.part.z.map(f64::acos);
+        let [v0, v1] = self.part.z.map(<f64 as Elementary>::arccosine);
         let du = DVec3::new(-p.y, p.x, 0.0) * self.part.phi_max;
         let dv = DVec3::new(p.z * cos, p.z * sin, -r) * (v1 - v0);
         Some([du, dv].map(|d| self.world_from_unit * d))
@@ -205,7 +206,7 @@ impl Analytic for Sphere {
         let [low, high] = self.part.z;
         let z = low + (high - low) * u.x;
         let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-        let (sin, cos) = (self.part.phi_max * u.y).sin_cos();
+        let (sin, cos) = (self.part.phi_max * u.y).sine_cosine();
         let p = DVec3::new(r * cos, r * sin, z);
         let SurfaceGeometry { normal, uv, .. } = self.surface_at(p);
         AreaSample { point: self.center + self.world_from_unit * p, normal, uv, pdf: self.density(p) }

@@ -2,6 +2,7 @@
 
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::params::{Params, Point3};
+use bhs_elementary::Elementary;
 use glam::{DAffine3, DVec3};
 
 /// From the plugin's coordinates to world space.
@@ -47,7 +48,7 @@ impl Placement {
 fn uniform_scale(t: &DAffine3) -> Option<f64> {
     let m = t.matrix3;
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-    let scale = m.determinant().abs().cbrt();
+    let scale = m.determinant().abs().cube_root();
     let tolerance = 1e-9 * scale * scale;
     let equal = [x, y, z].into_iter().all(|a| (a.length_squared() - scale * scale).abs() <= tolerance);
     let orthogonal = [x.dot(y), y.dot(z), z.dot(x)].into_iter().all(|d| d.abs() <= tolerance);

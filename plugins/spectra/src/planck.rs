@@ -9,6 +9,7 @@ use crate::{numbers, wrong_value};
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::spectrum::SpectrumRole;
 use bhs_core::value::Param;
+use bhs_elementary::Elementary;
 
 /// Planck constant [J s] (exact).
 const H: f64 = 6.626_070_15e-34;
@@ -40,7 +41,7 @@ impl Planck {
     pub fn radiance(&self, lambda_nm: f64) -> f64 {
         // 2 h c^2 with wavelengths in nm: 1e45 for their fifth power, 1e-9 for the radiance per nm.
         const FIRST: f64 = 2.0 * H * C * C * 1e36;
-        if lambda_nm > 0.0 { FIRST / (lambda_nm.powi(5) * (self.scale_nm / lambda_nm).exp_m1()) } else { 0.0 }
+        if lambda_nm > 0.0 { FIRST / (lambda_nm.powi(5) * (self.scale_nm / lambda_nm).exponential_m1()) } else { 0.0 }
     }
 
     /// An upper bound of the radiance over `lo..=hi` (nm).

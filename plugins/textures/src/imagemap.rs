@@ -43,6 +43,7 @@ use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
 use bhs_core::texture::{Texture, TextureKind};
+use bhs_elementary::Elementary;
 use bhs_models::{Model, beside, picture};
 use bhs_spectra::{SmoothSpectra, d65};
 use glam::{Vec2, Vec3};
@@ -64,7 +65,7 @@ impl Encoding {
     fn decode(self, v: f32) -> f32 {
         match self {
             Self::Linear => v,
-            Self::Gamma(gamma) => v.powf(gamma),
+            Self::Gamma(gamma) => v.power(gamma),
             Self::Srgb => srgb_decode(v),
         }
     }

@@ -5,6 +5,7 @@ use bhs_core::material::Shading;
 use bhs_core::params::{Params, Vector3};
 use bhs_core::spectrum::SpectrumRole;
 use bhs_core::texture::TextureKind;
+use bhs_elementary::Elementary;
 use glam::{DAffine3, DVec2, DVec3, Vec2};
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
@@ -130,13 +131,13 @@ impl Mapping {
             Self::Uv { .. } => self.place(at).as_dvec2(),
             Self::Spherical(space) => {
                 let p = space.place(at);
-                let around = p.y.atan2(p.x);
+                let around = p.y.arctangent2(p.x);
                 let around = if around < 0.0 { around + TAU } else { around };
-                DVec2::new(p.x.hypot(p.y).atan2(p.z) * FRAC_1_PI, around / TAU)
+                DVec2::new(p.x.hypotenuse(p.y).arctangent2(p.z) * FRAC_1_PI, around / TAU)
             }
             Self::Cylindrical(space) => {
                 let p = space.place(at);
-                DVec2::new((PI + p.y.atan2(p.x)) / TAU, p.z)
+                DVec2::new((PI + p.y.arctangent2(p.x)) / TAU, p.z)
             }
             Self::Planar { space, axes, delta } => {
                 let p = space.place(at);
@@ -179,7 +180,7 @@ pub fn read(p: &Params, names: &[&'static str], about: &'static str) -> Named {
     let about = "by which texture coordinates are turned around (0, 0), once they are scaled";
     let angle = p.get_in("rotate", 0.0, -LARGEST..=LARGEST, "deg", about);
     only_of(p, "rotate", name, &uv);
-    let (sin, cos) = angle.to_radians().sin_cos();
+    let (sin, cos) = angle.to_radians().sine_cosine();
     let axis = |parameter, default, about| {
         let Vector3(axis) = p.get(parameter, Vector3(default), "", about);
         only_of(p, parameter, name, &["planar"]);

@@ -26,6 +26,7 @@ use bhs_core::material::Shading;
 use bhs_core::params::Params;
 use bhs_core::spectrum::{SampledSpectrum, SpectrumRole};
 use bhs_core::texture::{Texture, TextureKind};
+use bhs_elementary::Elementary;
 use bhs_spectra::{SmoothSpectra, d65};
 use glam::Vec3;
 
@@ -77,7 +78,7 @@ impl Marble {
     fn rgb(&self, at: &Shading) -> Vec3 {
         let p = self.space.place(at) * self.scale;
         let layer = p.y + self.variation * self.octaves.in_space(p);
-        colour((0.5 + 0.5 * layer.sin()) as f32)
+        colour((0.5 + 0.5 * layer.sine()) as f32)
     }
 }
 

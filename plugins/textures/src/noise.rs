@@ -9,6 +9,7 @@ use bhs_core::params::Params;
 use bhs_core::sampling::mix64;
 use bhs_core::spectrum::SampledSpectrum;
 use bhs_core::texture::Texture;
+use bhs_elementary::Elementary;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -126,7 +127,7 @@ pub fn noise(p: DVec2, seed: u64, period: Option<i64>) -> f64 {
         let (x, y) = ((corner.x + dx) as i64, (corner.y + dy) as i64);
         let x = period.map_or(x, |period| x.rem_euclid(period));
         let hash = mix64(mix64(mix64(x as u64) ^ y as u64) ^ seed);
-        let (sin, cos) = ((hash >> 11) as f64 / (1u64 << 53) as f64 * TAU).sin_cos();
+        let (sin, cos) = ((hash >> 11) as f64 / (1u64 << 53) as f64 * TAU).sine_cosine();
         DVec2::new(cos, sin).dot(f - DVec2::new(dx, dy))
     };
     let row = |dy: f64| corner_at(0.0, dy) * (1.0 - fade.x) + corner_at(1.0, dy) * fade.x;

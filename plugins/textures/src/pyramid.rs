@@ -2,6 +2,7 @@
 //! Parametrics"), of which those are asked whose texels are about as large as the patch.
 
 use crate::wrap::{Wrap, index};
+use bhs_elementary::Elementary;
 use glam::{Vec2, Vec3};
 
 /// The most that an ellipse may be longer than wide: its texels are counted one by one.
@@ -108,7 +109,7 @@ impl Level<'_> {
                 let d = Vec2::new(x as f32, y as f32) - middle;
                 let r2 = (a * d.x * d.x + b * d.x * d.y + c * d.y * d.y) / f;
                 if r2 < 1.0 {
-                    let weight = (-BELL * r2).exp() - (-BELL).exp();
+                    let weight = (-BELL * r2).exponential() - (-BELL).exponential();
                     sum += self.texel(wrap, x, y) * weight;
                     weights += weight;
                 }
@@ -146,7 +147,7 @@ impl Pyramid {
             return None;
         }
         Some(match blur {
-            Blur::Round => self.between(of, (2.0 * long).log2(), |level| level.bilinear(wrap, place)),
+            Blur::Round => self.between(of, (2.0 * long).logarithm2(), |level| level.bilinear(wrap, place)),
             Blur::Ellipse { most_longer } => {
                 let short = lengths[0].min(lengths[1]);
                 let wide = short.max(long / most_longer);
@@ -157,7 +158,7 @@ impl Pyramid {
                 let across = axes[0].normalize_or_zero() * wide;
                 let across = if across == Vec2::ZERO { axes[1].perp().normalize() * wide } else { across };
                 let larger = |level: &Level| size / size_of(level.size);
-                self.between(of, wide.log2(), |level| level.ellipse(wrap, place, [across, axes[1]], larger(level)))
+                self.between(of, wide.logarithm2(), |level| level.ellipse(wrap, place, [across, axes[1]], larger(level)))
             }
         })
     }

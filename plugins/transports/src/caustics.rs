@@ -25,6 +25,7 @@ use bhs_core::geometry::Aabb;
 use bhs_core::observer::Observer;
 use bhs_core::sampling::{Discrete, balance_heuristic};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths};
+use bhs_elementary::Elementary;
 use bhs_engine::scene::{Scene, Vertex};
 use bhs_engine::transport::RenderSetting;
 use follow::{Landed, Tracer};
@@ -194,7 +195,7 @@ impl Caustics {
         let share = 1.0 / sent as f32;
         let photons: Vec<Photon> =
             landed.into_iter().map(|Landed { photon, .. }| Photon { flux: photon.flux.map(|f| f * share), ..photon }).collect();
-        self.photons = PhotonMap::new(&photons, self.radius * f64::from(samples.end).powf(-1.0 / 6.0));
+        self.photons = PhotonMap::new(&photons, self.radius * f64::from(samples.end).power(-1.0 / 6.0));
         self.sent = sent as f64;
     }
 

@@ -16,6 +16,7 @@ mod record;
 use crate::warp::{SQUARES, Warp, WarpSample};
 use bhs_core::geometry::Aabb;
 use bhs_core::sampling::{concentric_square, cosine_hemisphere};
+use bhs_elementary::Elementary;
 use bhs_engine::scene::Vertex;
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::atomic::Ordering::Relaxed;
@@ -154,7 +155,7 @@ impl Guide {
         let finds = radiance.is_normal() && radiance > 0.0;
         if self.units == 0.0 {
             if finds {
-                self.exponents.fetch_add(i64::from(radiance.log2().floor() as i32), Relaxed);
+                self.exponents.fetch_add(i64::from(radiance.logarithm2().floor() as i32), Relaxed);
                 self.found.fetch_add(1, Relaxed);
             }
             return;
@@ -186,7 +187,7 @@ impl Guide {
         if self.units == 0.0 {
             let found = *self.found.get_mut();
             if found > 0 {
-                self.units = (16.0 - *self.exponents.get_mut() as f64 / f64::from(found)).round().exp2();
+                self.units = (16.0 - *self.exponents.get_mut() as f64 / f64::from(found)).round().exponential2();
             }
             return;
         }

@@ -5,6 +5,7 @@ use crate::lang::params::{drop_all, find, float, name, set_floats, set_rgb, set_
 use crate::lang::pbrt::Translator;
 use crate::lang::pbrt::colours::{self, Meaning};
 use bhs_core::value::{Param, ParamType};
+use bhs_elementary::Elementary;
 use std::f64::consts::PI;
 
 /// What pbrt-v4's lights know.
@@ -104,7 +105,7 @@ impl Translator {
 fn cone(d: &Directive) -> f64 {
     let angle = float(d, "coneangle").unwrap_or(30.0);
     let delta = float(d, "conedeltaangle").unwrap_or(5.0);
-    let cos = |degrees: f64| degrees.max(0.0).to_radians().cos();
+    let cos = |degrees: f64| degrees.max(0.0).to_radians().cosine();
     let (outer, inner) = (cos(angle), cos(angle - delta));
     2.0 * PI * ((1.0 - inner) + 0.5 * (inner - outer))
 }

@@ -6,6 +6,7 @@ use crate::lang::pbrt::colours::{self, Meaning};
 use crate::lang::pbrt::{Translated, Translator};
 use bhs_core::diagnostics::Span;
 use bhs_core::value::{Param, ParamType, Values};
+use bhs_elementary::Elementary;
 use std::sync::Arc;
 
 /// What pbrt-v4's materials know, apart from `displacement` and `normalmap`.
@@ -153,7 +154,7 @@ impl Translator {
                     // Absorption of the pigments, and the colour of hair that has it (d'Eon et al. 2011; Chiang et al. 2016, beta_n = 0.3).
                     None => {
                         let pigments = [0.419 * dark + 0.187 * red, 0.697 * dark + 0.4 * red, 1.37 * dark + 1.05 * red];
-                        let colour = |s: f64| (-(s.max(0.0).sqrt() * 5.5)).exp();
+                        let colour = |s: f64| (-(s.max(0.0).sqrt() * 5.5)).exponential();
                         set_rgb(d, "reflectance", stated.unwrap_or(pigments).map(colour));
                     }
                 }

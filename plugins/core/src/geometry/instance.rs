@@ -5,6 +5,7 @@
 //! however far from the object's origin it stands and whatever the scales.
 
 use crate::geometry::{Aabb, SurfaceGeometry, SurfaceTangents, TriangleMesh, WorldMesh};
+use bhs_elementary::Elementary;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ impl Object {
         let bounds = meshes.iter().fold(Aabb::EMPTY, |b, m| b.union(m.bounds()));
         let origin = if bounds.is_empty() { DVec3::ZERO } else { bounds.origin() };
         // A power of two changes no digit.
-        let scale = typical.log2().round().exp2();
+        let scale = typical.logarithm2().round().exponential2();
         let scale = if scale.is_normal() && scale.recip().is_normal() { scale } else { 1.0 };
         let mut object = Self {
             meshes: Vec::new(),

@@ -1,6 +1,7 @@
 //! What circular orbits need to know of a hole.
 
 use super::{Class, Spacetime};
+use bhs_elementary::Elementary;
 use glam::DVec3;
 
 /// A single round or spinning hole.
@@ -41,7 +42,7 @@ impl Axial {
         let x = x - self.center;
         let (z, a2) = (axis.dot(x), self.a * self.a);
         let c = x.length_squared() - a2;
-        let s = c.hypot(2.0 * self.a * z);
+        let s = c.hypotenuse(2.0 * self.a * z);
         (if c > 0.0 { 0.5 * (c + s) } else { 2.0 * a2 * z * z / (s - c) }).sqrt()
     }
 

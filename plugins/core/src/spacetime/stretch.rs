@@ -1,5 +1,6 @@
 //! The symmetric root of a spatial metric: what turns chart vectors into measured ones.
 
+use bhs_elementary::Elementary;
 use glam::{DMat3, DVec3};
 
 /// A symmetric positive matrix by two of its axes: the third has the factor 1, and all are multiplied by `scale`.
@@ -148,8 +149,8 @@ fn eigen(m: DMat3) -> ([f64; 3], [DVec3; 3]) {
                 continue;
             }
             let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-            let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-            let c = 1.0 / t.hypot(1.0);
+            let t = theta.signum() / (theta.abs() + theta.hypotenuse(1.0));
+            let c = 1.0 / t.hypotenuse(1.0);
             let s = t * c;
             let before = a;
             for k in 0..3 {

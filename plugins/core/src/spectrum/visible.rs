@@ -1,6 +1,7 @@
 //! The density by which the wavelengths of paths are drawn.
 
 use super::{N_LAMBDA, SampledWavelengths};
+use bhs_elementary::Elementary;
 use std::sync::Arc;
 
 /// Bins of a density that follows what light a scene has: some 4 nm of the visible range.
@@ -38,7 +39,7 @@ impl VisibleWavelengths {
 
     /// Over `lo..=hi` (nm).
     pub fn new(lo: f32, hi: f32) -> Self {
-        let [tanh_lo, tanh_hi] = [lo, hi].map(|l| (Self::A * (l - Self::CENTRE)).tanh());
+        let [tanh_lo, tanh_hi] = [lo, hi].map(|l| (Self::A * (l - Self::CENTRE)).hyperbolic_tangent());
         let rise = tanh_hi - tanh_lo;
         let least = (1.0 - tanh_lo * tanh_lo).min(1.0 - tanh_hi * tanh_hi);
         let density = if least >= Self::LEAST && rise >= Self::LEAST { Density::Eye { tanh_lo, rise } } else { Density::Even };
@@ -75,7 +76,9 @@ impl VisibleWavelengths {
     /// The share of each bin.
     pub fn shares(&self) -> [f64; WAVELENGTH_BINS] {
         let below = |i: usize| match &self.density {
-            Density::Eye { tanh_lo, rise } => f64::from(((Self::A * (self.edge(i) - Self::CENTRE)).tanh() - tanh_lo) / rise),
+            Density::Eye { tanh_lo, rise } => {
+                f64::from(((Self::A * (self.edge(i) - Self::CENTRE)).hyperbolic_tangent() - tanh_lo) / rise)
+            }
             Density::Even => i as f64 / WAVELENGTH_BINS as f64,
             Density::Bins(starts) => f64::from(starts[i]),
         };
@@ -92,7 +95,7 @@ impl VisibleWavelengths {
                 let tanh = u.map(|u| tanh_lo + u * rise);
                 SampledWavelengths {
                     // The inverse of tanh is ln((1 + t)/(1 - t))/2.
-                    lambda_nm: tanh.map(|t| (Self::CENTRE + ((1.0 + t) / (1.0 - t)).ln() * (0.5 / Self::A)).clamp(lo, hi)),
+                    lambda_nm: tanh.map(|t| (Self::CENTRE + ((1.0 + t) / (1.0 - t)).logarithm() * (0.5 / Self::A)).clamp(lo, hi)),
                     // 1/cosh^2 = 1 - tanh^2
                     pdf: tanh.map(|t| Self::A * (1.0 - t * t) / rise),
                 }

@@ -7,6 +7,7 @@ use crate::arithmetic::dormand_prince::{error, step};
 use crate::arithmetic::space::Space;
 use crate::general::hamilton::{Hamilton, Light};
 use bhs_core::real::Vector;
+use bhs_elementary::Elementary;
 use glam::DVec3;
 
 /// A place far out: inverse distance, direction, momentum.
@@ -66,7 +67,7 @@ pub fn direction(hamilton: &Hamilton<'_>, light: &Light, center: DVec3, extent: 
         let attempt = step(slope, y, here, h);
         let errors = attempt.errors.map(|e| e.p.length().max(e.n.length()).max(e.u.abs() * extent));
         let share = error(errors) / tolerance;
-        let factor = (0.8 * share.max(1e-6).powf(-0.125)).clamp(0.2, 4.0);
+        let factor = (0.8 * share.max(1e-6).power(-0.125)).clamp(0.2, 4.0);
         if share <= 1.0 && attempt.end.u > 0.0 {
             (y, here) = (attempt.end, attempt.slope());
             most = h * factor.max(1.0);

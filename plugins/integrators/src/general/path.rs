@@ -10,6 +10,7 @@ use crate::tracing::polynomial_arc::{PolynomialArc, TERMS};
 use bhs_core::dual::Dual;
 use bhs_core::real::Vector;
 use bhs_core::spacetime::{Ball, Side, Spacetime, Throat};
+use bhs_elementary::Elementary;
 use glam::DVec3;
 
 /// Beyond how many times the extent of all that bends light, its masses included, a ray that goes out is taken to leave for ever.
@@ -88,7 +89,7 @@ impl<'a> Surroundings<'a> {
     pub fn start(&'a self, x: DVec3, d: DVec3, side: Side, tolerance: f64) -> Option<Paths<'a>> {
         let light = self.hamilton.start(x, d)?;
         let slope = self.hamilton.slope(light);
-        let share = tolerance.powf(0.125);
+        let share = tolerance.power(0.125);
         let usable = slope.x.length().is_finite();
         usable.then_some(Paths { surroundings: self, light, slope, lambda: 0.0, side, share, tolerance, counts: [0; 2] })
     }
@@ -167,7 +168,7 @@ impl Paths<'_> {
             let p = self.light.p.length();
             let errors = tried.errors.map(|e| (e.x.length() / scale).max(e.p.length() / p));
             let failure = error(errors) / tolerance;
-            let factor = (0.85 * failure.max(1e-8).powf(-0.125)).clamp(0.2, 5.0);
+            let factor = (0.85 * failure.max(1e-8).power(-0.125)).clamp(0.2, 5.0);
             self.share *= if factor.is_nan() { 0.2 } else { factor };
             if failure <= 1.0 {
                 let dense = tried.dense(f, h);

@@ -11,6 +11,7 @@ use crate::arithmetic::dormand_prince::{error, step};
 use crate::arithmetic::space::Space;
 use crate::graded_index::medium::{Medium, Refracted};
 use bhs_core::real::{Mask, Real, Vector};
+use bhs_elementary::Elementary;
 
 /// A place far out: inverse distance and its derivative, direction and its.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +78,7 @@ pub fn directions<F: Refracted>(
     let mut slope_here = slope(medium, y);
     // What is left of the way is done with the first two derivatives; the third is of the order of these lengths cubed.
     let extent = c(0.25 * medium.far).max(y.m.length());
-    let near_enough = F::from_fn(|i| tolerance.lane(i).cbrt()) / extent;
+    let near_enough = F::from_fn(|i| tolerance.lane(i).cube_root()) / extent;
     let mut todo = which & out.gt(c(0.0));
     let asked = todo;
     // As is the first guess of the length of the steps to come.

@@ -9,6 +9,7 @@ use crate::tracing::arc::Arc;
 use crate::tracing::polynomial_arc::PolynomialArc;
 use bhs_core::real::{Mask, Vector};
 use bhs_core::spacetime::{Ball, Side, Throat};
+use bhs_elementary::Elementary;
 use glam::DVec3;
 
 /// Rays underway, each in its own parameter sigma, with `|dx/dsigma| = n`.
@@ -83,7 +84,7 @@ impl<'a, F: Refracted> Paths<'a, F> {
         let (square, a) = medium.at(x);
         let n = square.sqrt();
         let v = d.normalize() * n;
-        let ninth = F::from_fn(|i| tolerance.lane(i).powf(1.0 / 9.0));
+        let ninth = F::from_fn(|i| tolerance.lane(i).power(1.0 / 9.0));
         let limit = medium.far.max((reach.center - medium.center).length() + reach.radius);
         let size = Size::Error(F::splat(ERROR_FACTOR) * tolerance);
         let state = State { x, v, a };

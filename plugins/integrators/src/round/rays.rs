@@ -3,6 +3,7 @@
 use crate::round::profile::Profile;
 use crate::round::solve::{End, Orbit, Pair};
 use bhs_core::spacetime::{Place, Side};
+use bhs_elementary::Elementary;
 use bhs_engine::connections::Connection;
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -89,7 +90,7 @@ impl<'a> Rays<'a> {
     fn new(profile: &'a Profile, x: DVec3, y: DVec3, ends: [End; 2]) -> Option<Self> {
         let radial = x.try_normalize()?;
         let axis = radial.cross(y);
-        let theta = axis.length().atan2(radial.dot(y));
+        let theta = axis.length().arctangent2(radial.dot(y));
         let aside = axis.cross(radial).try_normalize().unwrap_or_else(|| radial.any_orthonormal_vector());
         Some(Self { pair: Pair::new(profile, ends), ends, radial, aside, theta, far: 1.0, distance: 1.0 })
     }
@@ -119,7 +120,7 @@ impl<'a> Rays<'a> {
         let profile = self.pair.profile();
         let sin = self.ends.map(|end| orbit.h / end.radius);
         let [cos_x, cos_y] = [0, 1].map(|i| outwards(profile, &self.ends[i]) * orbit.cos[i]);
-        let (sin_psi, cos_psi) = psi.sin_cos();
+        let (sin_psi, cos_psi) = psi.sine_cosine();
         let radial_y = self.radial * cos_psi + aside * sin_psi;
         let aside_y = aside * cos_psi - self.radial * sin_psi;
         let launch = (self.radial * cos_x + aside * sin[0]).normalize();
@@ -157,6 +158,6 @@ impl<'a> Rays<'a> {
             Traced::Sigma(sigma) => (sigma - found.phi) * self.ends[1].radius / self.far,
             Traced::Angle(_) | Traced::Sky => 0.0,
         };
-        found.launch.dot(launch) > SAME_LAUNCH && aside.hypot(along) < SAME_END * self.distance
+        found.launch.dot(launch) > SAME_LAUNCH && aside.hypotenuse(along) < SAME_END * self.distance
     }
 }

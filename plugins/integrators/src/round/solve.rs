@@ -6,6 +6,7 @@
 
 use crate::round::profile::{Profile, Radii};
 use crate::round::swept::{Accuracy, Start, Swept, Varied, Way};
+use bhs_elementary::Elementary;
 
 /// One end of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,7 +131,7 @@ impl<'a> Pair<'a> {
         let [inner, outer] = order.map(|i| ends[i]);
         match family {
             Family::Through => {
-                let (tanh, cosh) = (p.tanh(), p.cosh());
+                let (tanh, cosh) = (p.hyperbolic_tangent(), p.hyperbolic_cosine());
                 let least = profile.least;
                 let h = Varied { at: least * tanh, by: least / (cosh * cosh) };
                 let root = Varied { at: least / cosh, by: -least * tanh / cosh };
@@ -143,7 +144,7 @@ impl<'a> Pair<'a> {
             }
             Family::Outward => {
                 let reach = self.reach();
-                let tan = reach * p.tanh();
+                let tan = reach * p.hyperbolic_tangent();
                 let over = 1.0 / (1.0 + tan * tan);
                 let (sin, cos) = (2.0 * tan * over, (1.0 - tan) * (1.0 + tan) * over);
                 let turned = 2.0 * over * (reach - tan * tan / reach);
@@ -157,7 +158,7 @@ impl<'a> Pair<'a> {
             }
             Family::Turning => {
                 let over = 1.0 / (1.0 + p);
-                let fallen = (inner.x - profile.edge) * (-p * p * over).exp();
+                let fallen = (inner.x - profile.edge) * (-p * p * over).exponential();
                 let x = Varied { at: profile.edge + fallen, by: -fallen * p * (2.0 + p) * over * over };
                 let Radii { square, slope, .. } = profile.at(x.at, self.is_inner);
                 let radius = square.sqrt();
@@ -175,9 +176,9 @@ impl<'a> Pair<'a> {
     fn most(&self, family: Family) -> f64 {
         match family {
             Family::Through => MOST,
-            Family::Outward => (1.0 / self.reach()).atanh().min(MOST),
+            Family::Outward => (1.0 / self.reach()).inverse_hyperbolic_tangent().min(MOST),
             Family::Turning => {
-                let q = ((self.ends[self.order[0]].x - self.profile.edge) / NEAREST).ln().max(0.0);
+                let q = ((self.ends[self.order[0]].x - self.profile.edge) / NEAREST).logarithm().max(0.0);
                 0.5 * (q + (q * (q + 4.0)).sqrt())
             }
         }
@@ -206,19 +207,19 @@ impl<'a> Pair<'a> {
         let guess = match family {
             Family::Through => 0.3 * psi,
             Family::Outward => {
-                let alpha = if ratio.is_finite() { (ratio * psi.sin()).atan2(ratio * psi.cos() - 1.0) } else { psi };
-                let tan = (0.5 * alpha.clamp(0.0, 0.45 * std::f64::consts::PI)).tan();
-                (tan / self.reach()).atanh()
+                let alpha = if ratio.is_finite() { (ratio * psi.sine()).arctangent2(ratio * psi.cosine() - 1.0) } else { psi };
+                let tan = (0.5 * alpha.clamp(0.0, 0.45 * std::f64::consts::PI)).tangent();
+                (tan / self.reach()).inverse_hyperbolic_tangent()
             }
             Family::Turning => {
                 let sin = if ratio.is_finite() {
-                    let (x, y) = (ratio * psi.cos() - 1.0, ratio * psi.sin());
-                    y / x.hypot(y)
+                    let (x, y) = (ratio * psi.cosine() - 1.0, ratio * psi.sine());
+                    y / x.hypotenuse(y)
                 } else {
-                    psi.sin()
+                    psi.sine()
                 };
-                let q = if psi < 3.0 && sin > 0.0 { -sin.ln() } else { 0.5 * psi };
-                let limit = (inner - self.profile.edge).ln().max(0.0) + 1.0;
+                let q = if psi < 3.0 && sin > 0.0 { -sin.logarithm() } else { 0.5 * psi };
+                let limit = (inner - self.profile.edge).logarithm().max(0.0) + 1.0;
                 let q = q.min(limit);
                 0.5 * (q + (q * (q + 4.0)).sqrt())
             }
@@ -337,7 +338,7 @@ mod tests {
         for (profile, through, h, right) in cases {
             let pair = Pair { ends: [End::sky(false), End::sky(through)], ..Pair::new(profile, [End::new(profile, 9.0); 2]) };
             let swept = if through {
-                let p = (h / profile.least).atanh();
+                let p = (h / profile.least).inverse_hyperbolic_tangent();
                 pair.member(Family::Through, p, Accuracy::Fine).swept
             } else {
                 // Where R = h.

@@ -11,6 +11,7 @@ use crate::round::profile::{Profile, Radii};
 use bhs_core::lanes::{LANES, Lanes, total};
 use bhs_core::quadrature::gauss_legendre;
 use bhs_core::real::Real;
+use bhs_elementary::Elementary;
 use std::sync::LazyLock;
 
 /// A number and its derivative by the parameter of a ray.
@@ -102,7 +103,7 @@ impl Way<'_> {
         if start.x.at < profile.edge {
             // Along the cylinder R does not change.
             let to = profile.edge.min(end);
-            let length = to.asinh() - start.x.at.asinh();
+            let length = to.inverse_hyperbolic_sine() - start.x.at.inverse_hyperbolic_sine();
             let (h, root) = (self.h, start.root);
             let angle = h.at / root.at * length;
             let by = (h.by - h.at * root.by / root.at) / root.at * length;
@@ -154,7 +155,7 @@ impl Way<'_> {
         // A stretch so short that the difference of squares would be rounding is a parabola.
         let bend = (length <= SHORT * (1.0 + start.x.at)).then(|| profile.bend(start.x.at, is_inner));
         let is_algebraic = near.at <= ALGEBRAIC[usize::from(B > 1)];
-        let area_sine = |v: Varied| Varied { at: v.at.asinh(), by: v.by / (1.0 + v.at * v.at).sqrt() };
+        let area_sine = |v: Varied| Varied { at: v.at.inverse_hyperbolic_sine(), by: v.by / (1.0 + v.at * v.at).sqrt() };
         let [far, near] = if is_algebraic { [far, near] } else { [far, near].map(area_sine) };
         let range = Varied { at: near.at - far.at, by: near.by - far.by };
         let (mut angle, mut angle_by, mut sigma) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
@@ -166,7 +167,7 @@ impl Way<'_> {
                 let over = Lanes::ONE / t;
                 (t, over, -t_by * over)
             } else {
-                let e = Lanes::from_fn(|i| t.lane(i).exp());
+                let e = Lanes::from_fn(|i| t.lane(i).exponential());
                 let over = Lanes::ONE / e;
                 let (sinh, cosh) = (c(0.5) * (e - over), c(0.5) * (e + over));
                 (sinh, cosh / sinh, -t_by / (sinh * cosh))

@@ -7,7 +7,8 @@ use crate::round::rays::Rays;
 use crate::several::masses::Masses;
 use crate::several::newton::{Guess, LEASH, Reached, Search, run_all};
 use bhs_core::spacetime::Place;
-use glam::{DQuat, DVec3};
+use bhs_elementary::{Elementary, rotation};
+use glam::DVec3;
 
 /// Distance of a point of the sky over that of the ray's start and over the extent of what bends it.
 const SKY: f64 = 1e9;
@@ -86,10 +87,10 @@ impl Masses {
         for hole in &self.holes {
             let guess = guess_around(hole.center, hole.mass, x, y, 0)?;
             let axis = straight.cross(guess.launch);
-            turn += axis.normalize_or_zero() * axis.length().atan2(straight.dot(guess.launch));
+            turn += axis.normalize_or_zero() * axis.length().arctangent2(straight.dot(guess.launch));
             sigma += guess.sigma - distance;
         }
-        let launch = (DQuat::from_scaled_axis(turn) * straight).normalize();
+        let launch = (rotation(turn.normalize_or_zero(), turn.length()) * straight).normalize();
         Some(Guess { launch, sigma: sigma.max(LEAST_SIGMA * distance) })
     }
 

@@ -4,6 +4,7 @@
 use crate::several::masses::{ABREAST, Ended, Launch, Masses};
 use bhs_core::lanes::Lanes;
 use bhs_core::real::{Real, Vector};
+use bhs_elementary::Elementary;
 use glam::{DMat3, DVec3};
 
 /// A ray to begin with.
@@ -91,9 +92,9 @@ impl Search {
     fn off(&self, place: DVec3) -> DVec3 {
         let (a, b) = (place - self.focus, self.y - self.focus);
         let axis = a.cross(b);
-        let angle = axis.length().atan2(a.dot(b));
+        let angle = axis.length().arctangent2(a.dot(b));
         let aside = axis.cross(a).try_normalize().unwrap_or(DVec3::ZERO);
-        let rise = 0.5 * (b.length_squared() / a.length_squared()).ln();
+        let rise = 0.5 * (b.length_squared() / a.length_squared()).logarithm();
         a * rise + aside * (angle * a.length())
     }
 
@@ -279,7 +280,7 @@ impl Reached {
     fn turned(&self, change: DVec3) -> Guess {
         let aside = self.axes[0] * change.x + self.axes[1] * change.y;
         let angle = aside.length();
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = angle.sine_cosine();
         let launch = self.guess.launch * cos + if angle > 0.0 { aside * (sin / angle) } else { DVec3::ZERO };
         Guess { launch: launch.normalize(), sigma: self.guess.sigma + change.z }
     }

@@ -27,6 +27,7 @@ use crate::arithmetic::polynomial::{self, value_and_slope};
 use crate::spherical::orbit::{Dense, Fate, State, Stepper, room};
 use crate::spherical::plane::Polars;
 use crate::spherical::steps::Stretch;
+use bhs_elementary::Elementary;
 
 /// Coefficients of the Laurent series of p that are kept.
 const TERMS: usize = 14;
@@ -63,7 +64,7 @@ impl ClosedForm {
         let inverse_b_squared = (epsilon + FOUR_TWENTY_SEVENTHS).value();
         let epsilon = epsilon.value();
         let (w0, delta0) = (w.value(), delta.value());
-        let reach = SERIES_REACH * inverse_b_squared.max(1.0).cbrt().sqrt().recip();
+        let reach = SERIES_REACH * inverse_b_squared.max(1.0).cube_root().sqrt().recip();
         let mut series = [0.0; polynomial::TERMS];
         series[..TERMS].copy_from_slice(&laurent_series(epsilon));
         Self { rs, w0, delta0, slope0: slope.value(), force0: 1.5 * w0 * delta0, epsilon, series, reach }
@@ -175,7 +176,7 @@ impl<'a> ExactStep<'a> {
 
 fn polars(state: State) -> Polars<f64> {
     let State { phi, u, du } = state;
-    Polars { phi, u, du, cos: phi.cos(), sin: phi.sin() }
+    Polars { phi, u, du, cos: phi.cosine(), sin: phi.sine() }
 }
 
 fn state(p: &Polars<f64>) -> State {

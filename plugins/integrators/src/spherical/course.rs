@@ -10,6 +10,7 @@ use crate::tracing::driver::{Course, Next};
 use bhs_core::lanes::set_bits;
 use bhs_core::real::{Mask, Real, Vector};
 use bhs_core::spacetime::Spherical;
+use bhs_elementary::Elementary;
 use glam::DVec3;
 
 /// How far outside of the sphere around all surfaces a curve may end that goes on to infinity: least 1/r over that of the sphere.
@@ -234,7 +235,7 @@ impl<F: Real, M: Method<F>> Course<F> for Orbits<F, M> {
                 found(i, Some(directions.lane(i)), far.phi.lane(i));
             } else {
                 let phi = crossing(&stretch.lane(i), 0.0);
-                let (sin, cos) = phi.sin_cos();
+                let (sin, cos) = phi.sine_cosine();
                 found(i, Some(planes.e1.lane(i) * cos + planes.e2.lane(i) * sin), phi);
             }
         }

@@ -6,6 +6,7 @@ use crate::spherical::course::Method;
 use crate::spherical::plane::{Polars, room};
 use crate::spherical::steps::Stretch;
 use bhs_core::real::Real;
+use bhs_elementary::Elementary;
 
 /// In closed form: those of the orbits, one after the other.
 #[derive(Clone, Copy, Debug)]
@@ -27,8 +28,8 @@ fn states<F: Real>(forms: &[ClosedForm], phi: F) -> Polars<F> {
         phi,
         u: F::from_fn(|i| state(i).0),
         du: F::from_fn(|i| state(i).1),
-        cos: F::from_fn(|i| phi.lane(i).cos()),
-        sin: F::from_fn(|i| phi.lane(i).sin()),
+        cos: F::from_fn(|i| phi.lane(i).cosine()),
+        sin: F::from_fn(|i| phi.lane(i).sine()),
     }
 }
 

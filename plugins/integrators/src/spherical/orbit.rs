@@ -11,6 +11,7 @@ use crate::arithmetic::polynomial::{TERMS, value_and_slope};
 use crate::spherical::Attraction;
 use crate::spherical::plane::{self, Planes};
 use bhs_core::real::{Real, Vector};
+use bhs_elementary::Elementary;
 use glam::DVec3;
 
 /// The plane of an orbit: positions and directions from (u, u', phi).
@@ -44,7 +45,7 @@ impl OrbitPlane {
 
     /// Unit vector from the centre at the angle `phi`.
     pub fn radial(&self, phi: f64) -> DVec3 {
-        let (sin, cos) = phi.sin_cos();
+        let (sin, cos) = phi.sine_cosine();
         self.e1 * cos + self.e2 * sin
     }
 
@@ -57,13 +58,13 @@ impl OrbitPlane {
     pub fn angle(&self, phi: f64, from: DVec3, point: DVec3) -> f64 {
         let (outward, p) = (from - self.center, point - self.center);
         let ahead = self.e1.cross(self.e2).cross(outward);
-        phi + p.dot(ahead).atan2(p.dot(outward))
+        phi + p.dot(ahead).arctangent2(p.dot(outward))
     }
 
     /// The unit chart tangent of a state, along the way of the ray: proportional to `-u' e_r + u e_phi`.
     pub fn direction(&self, s: &State) -> DVec3 {
         let State { phi, u, du } = *s;
-        let (sin, cos) = phi.sin_cos();
+        let (sin, cos) = phi.sine_cosine();
         // Components along e1 and e2, which are unit vectors at right angles.
         let (x, y) = (-u * sin - du * cos, u * cos - du * sin);
         let scale = 1.0 / (x * x + y * y).sqrt();
@@ -103,7 +104,7 @@ pub trait Dense: Copy {
     /// u at the angle `phi` within the stretch, and the angle's cosine and sine.
     #[inline]
     fn place(&self, phi: f64) -> (f64, f64, f64) {
-        let (sin, cos) = phi.sin_cos();
+        let (sin, cos) = phi.sine_cosine();
         (self.at(phi).u, cos, sin)
     }
     /// The stretch cut short at `end`, one of its own states.

@@ -4,6 +4,7 @@ use crate::spherical::Attraction;
 use crate::spherical::orbit::{Dense, Fate, State, Stepper};
 use crate::spherical::plane::Polars;
 use crate::spherical::steps::{Steps, Stretch, errors};
+use bhs_elementary::Elementary;
 
 /// An orbit stepped by Taylor series.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +21,7 @@ impl TaylorOrbit {
     pub fn new(hole: impl Into<Attraction>, start: State, error: f64) -> Self {
         let hole = hole.into();
         let State { phi, u, du } = start;
-        let state = Polars { phi, u, du, cos: phi.cos(), sin: phi.sin() };
+        let state = Polars { phi, u, du, cos: phi.cosine(), sin: phi.sine() };
         Self { hole, state, error: errors(hole, &state, error) }
     }
 }

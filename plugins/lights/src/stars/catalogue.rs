@@ -1,6 +1,7 @@
 //! Catalogues of stars: a text of values between commas whose first line names the columns.
 
 use super::{Star, irradiance_of};
+use bhs_elementary::Elementary;
 use glam::DVec3;
 
 /// What a column holds.
@@ -157,7 +158,7 @@ impl<'a> Columns<'a> {
         if !(-90.0..=90.0).contains(&dec) {
             return Err(format!("a declination lies between -90 and 90 degrees, found {dec}"));
         }
-        let ((sin, cos), (z, across)) = (ra.to_radians().sin_cos(), dec.to_radians().sin_cos());
+        let ((sin, cos), (z, across)) = (ra.to_radians().sine_cosine(), dec.to_radians().sine_cosine());
         // Right ascensions grow to the left where north is up, and the axes of scenes are left-handed.
         Ok(DVec3::new(across * cos, -across * sin, z))
     }

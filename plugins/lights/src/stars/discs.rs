@@ -1,6 +1,7 @@
 //! Discs of one size on the sky: which of them cover a direction.
 
 use bhs_core::sampling::concentric_disk;
+use bhs_elementary::Elementary;
 use glam::{DVec3, IVec3, Vec2};
 use std::f64::consts::TAU;
 
@@ -60,7 +61,7 @@ impl Discs {
 
 /// `1 - cos(angle)`
 fn versine(angle: f64) -> f64 {
-    2.0 * (0.5 * angle).sin().powi(2)
+    2.0 * (0.5 * angle).sine().powi(2)
 }
 
 /// One number for a cell: 21 bits a coordinate.

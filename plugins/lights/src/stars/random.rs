@@ -4,6 +4,7 @@
 
 use super::{Star, irradiance_of};
 use bhs_core::sampling::mix64;
+use bhs_elementary::Elementary;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -48,8 +49,8 @@ fn unit(bits: u64) -> f64 {
 fn magnitude(count: f64) -> f64 {
     // Straight lines between the logarithms, the last of which go on.
     let i = BRIGHTER.partition_point(|n| *n <= count).clamp(1, BRIGHTER.len() - 1) - 1;
-    let [a, b] = [BRIGHTER[i], BRIGHTER[i + 1]].map(f64::ln);
-    (i as f64 - 1.0 + (count.ln() - a) / (b - a)).max(BRIGHTEST)
+    let [a, b] = [BRIGHTER[i], BRIGHTER[i + 1]].map(<f64 as Elementary>::logarithm);
+    (i as f64 - 1.0 + (count.logarithm() - a) / (b - a)).max(BRIGHTEST)
 }
 
 /// A direction whose density falls off with the height s = |sin b| above the plane as 1/(s + s0): what a thick sheet of stars shows to one within.
@@ -59,9 +60,9 @@ fn direction(u: f64, v: f64, concentration: f64) -> DVec3 {
         signed.abs()
     } else {
         let s0 = 1.0 / (concentration - 1.0);
-        (s0 * (concentration.powf(signed.abs()) - 1.0)).min(1.0)
+        (s0 * (concentration.power(signed.abs()) - 1.0)).min(1.0)
     };
-    let (sin, cos) = (TAU * v).sin_cos();
+    let (sin, cos) = (TAU * v).sine_cosine();
     let across = (1.0 - s * s).max(0.0).sqrt();
     DVec3::new(across * cos, across * sin, s.copysign(signed)).normalize()
 }
@@ -74,7 +75,7 @@ fn temperature(u: f64, v: f64) -> f64 {
         rest < 0.0
     });
     let (_, hot, cool) = class.unwrap_or(&CLASSES[CLASSES.len() - 1]);
-    hot * (cool / hot).powf(v)
+    hot * (cool / hot).power(v)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The areal radius of the wormhole as a function of proper length, and the isotropic radius that belongs to it. Lengths are in units of the
 //! throat's areal radius.
 
+use bhs_elementary::Elementary;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// How small the throat may be drawn. Beyond it coordinates lose their digits.
@@ -75,20 +76,20 @@ impl Profile {
 
     /// Isotropic radius where the cylinder ends.
     pub fn cylinder_end(&self) -> f64 {
-        (-self.from[0]).exp()
+        (-self.from[0]).exponential()
     }
 
     /// Isotropic radius in the middle of the throat.
     pub fn throat(&self) -> f64 {
-        (-self.from[0] - self.half).exp()
+        (-self.from[0] - self.half).exponential()
     }
 
     /// Isotropic radius at the proper length `l` from the middle.
     pub fn chart_radius(&self, l: f64) -> f64 {
         if l < self.half {
-            return self.throat() * l.exp();
+            return self.throat() * l.exponential();
         }
-        self.log_rho((l - self.half) / (FRAC_PI_2 * self.m)).exp()
+        self.log_rho((l - self.half) / (FRAC_PI_2 * self.m)).exponential()
     }
 
     /// Areal radius.
@@ -98,18 +99,18 @@ impl Profile {
 
     /// What the areal radius has beyond the throat's.
     fn rise(&self, x: f64) -> f64 {
-        self.m * (x * x.atan() - 0.5 * (x * x).ln_1p())
+        self.m * (x * x.arctangent() - 0.5 * (x * x).logarithm_1p())
     }
 
     /// Logarithm of the isotropic radius: `d ln rho = dl / r`, and `rho / r` tends to 1 far away.
     pub fn log_rho(&self, x: f64) -> f64 {
-        self.radius(x).ln() - self.log_index(x)
+        self.radius(x).logarithm() - self.log_index(x)
     }
 
     /// The same less its value at 0, with no loss of digits near there.
     pub fn log_growth(&self, x: f64) -> f64 {
         let panel = self.panel(x);
-        self.rise(x).ln_1p() + self.to[panel] + self.piece(self.edge(panel), x)
+        self.rise(x).logarithm_1p() + self.to[panel] + self.piece(self.edge(panel), x)
     }
 
     /// Logarithm of the index `r / rho`: the integral of `(1 - dr/dl) / r` over all lengths beyond.
@@ -122,14 +123,14 @@ impl Profile {
     }
 
     fn panel(&self, x: f64) -> usize {
-        let panel = if x < self.first { 0 } else { 1 + (x / self.first).log2().floor() as usize };
+        let panel = if x < self.first { 0 } else { 1 + (x / self.first).logarithm2().floor() as usize };
         panel.min(PANELS - 1)
     }
 
     /// The same from `a` to `b`, at most one panel.
     fn piece(&self, a: f64, b: f64) -> f64 {
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-        let f = |x: f64| f64::atan2(1.0, x) / self.radius(x);
+        let f = |x: f64| <f64 as Elementary>::arctangent2(1.0, x) / self.radius(x);
         let sum: f64 = self.nodes.iter().map(|(t, weight)| weight * (f(middle - half * t) + f(middle + half * t))).sum();
         self.m * half * sum
     }
@@ -144,7 +145,7 @@ impl Profile {
 fn gauss_legendre() -> Nodes {
     const DEGREE: usize = 20;
     std::array::from_fn(|i| {
-        let mut t = ((4 * i + 3) as f64 * FRAC_PI_4 / (DEGREE as f64 + 0.5)).cos();
+        let mut t = ((4 * i + 3) as f64 * FRAC_PI_4 / (DEGREE as f64 + 0.5)).cosine();
         let mut slope = 1.0;
         for _ in 0..8 {
             let (mut last, mut p) = (1.0, t);

@@ -6,6 +6,7 @@
 use super::profile::Profile;
 use bhs_core::lanes::LANES;
 use bhs_core::real::Real;
+use bhs_elementary::Elementary;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI};
 
 /// Coefficients of a piece.
@@ -52,7 +53,7 @@ impl Table {
         let scale = (2.0 * profile.m()).min(1.0);
         let over = 1.0 / (end * scale);
         // To some million times the larger of the throat and the mouths.
-        let doublings = (1e12 * (1.0 + profile.m()).powi(2) * over).log2().ceil() as u32;
+        let doublings = (1e12 * (1.0 + profile.m()).powi(2) * over).logarithm2().ceil() as u32;
         let mut table = Self {
             end,
             other_end: throat * throat / end,
@@ -69,7 +70,7 @@ impl Table {
             let (a, b) = (edge(number), edge(number + 1));
             table.pieces.push(Piece::fit(a, b, |place| {
                 // ln rho is a concave function of x, so that Newton's iteration comes from one side.
-                let wanted = ((place - 1.0) * scale).ln_1p();
+                let wanted = ((place - 1.0) * scale).logarithm_1p();
                 for _ in 0..50 {
                     let step = (wanted - 2.0 * profile.log_growth(x)) * profile.radius(x) / (PI * profile.m());
                     x = f64::max(x + step, 0.0);
@@ -77,8 +78,8 @@ impl Table {
                         break;
                     }
                 }
-                let excess = (2.0 * profile.log_index(x)).exp_m1();
-                let slope = -(1.0 + excess) * FRAC_2_PI * f64::atan2(1.0, x) / (end + (place - 1.0) / over);
+                let excess = (2.0 * profile.log_index(x)).exponential_m1();
+                let slope = -(1.0 + excess) * FRAC_2_PI * <f64 as Elementary>::arctangent2(1.0, x) / (end + (place - 1.0) / over);
                 (excess, slope / over)
             }));
         }
@@ -146,7 +147,7 @@ impl Piece {
         const POINTS: usize = TERMS - 1;
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
         let angle = |i: usize| FRAC_PI_2 * (2 * i + 1) as f64 / POINTS as f64;
-        let found: [(f64, f64); POINTS] = std::array::from_fn(|i| f(middle - half * angle(i).cos()));
+        let found: [(f64, f64); POINTS] = std::array::from_fn(|i| f(middle - half * angle(i).cosine()));
         let mut slope = [0.0; POINTS];
         // Chebyshev's polynomials T_(k-1) and T_k in powers of t.
         let (mut last, mut now) = ([0.0; POINTS], [0.0; POINTS]);
@@ -154,7 +155,7 @@ impl Piece {
         for k in 0..POINTS {
             // T_k(-cos angle) = (-1)^k cos(k angle)
             let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-            let sum: f64 = (0..POINTS).map(|i| found[i].1 * sign * (k as f64 * angle(i)).cos()).sum();
+            let sum: f64 = (0..POINTS).map(|i| found[i].1 * sign * (k as f64 * angle(i)).cosine()).sum();
             let factor = if k == 0 { 1.0 } else { 2.0 };
             for (c, t) in slope.iter_mut().zip(now) {
                 *c += sum * factor / POINTS as f64 * t;
@@ -165,7 +166,7 @@ impl Piece {
         }
         let mut coefficients: [f64; TERMS] = std::array::from_fn(|k| if k == 0 { 0.0 } else { half * slope[k - 1] / k as f64 });
         let value = |t: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * t + c);
-        let off = |i: usize| found[i].0 - value(-angle(i).cos());
+        let off = |i: usize| found[i].0 - value(-angle(i).cosine());
         coefficients[0] = (0..POINTS).map(off).sum::<f64>() / POINTS as f64;
         Self { middle, over_half: 1.0 / half, coefficients }
     }

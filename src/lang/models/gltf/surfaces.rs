@@ -7,6 +7,7 @@ use crate::lang::params::{named, set, set_floats, set_strings};
 use crate::lang::source::SourceMap;
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::value::{ParamType, Values};
+use bhs_elementary::Elementary;
 use bhs_models::Model;
 use bhs_models::gltf::accessor::Dimensions;
 use bhs_models::gltf::texture::WrappingMode;
@@ -351,7 +352,7 @@ impl<'s> Surfaces<'s> {
             set_strings(&mut d, ParamType::String, "filter", &["point"]);
         }
         // KHR_texture_transform counts v downwards; meshes have it upwards here.
-        let (sin, cos) = picture.rotation.sin_cos();
+        let (sin, cos) = picture.rotation.sine_cosine();
         let ([su, sv], [ou, ov]) = (picture.scale, picture.offset);
         let placed = [
             ("uscale", su, 1.0),

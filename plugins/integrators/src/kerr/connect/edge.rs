@@ -2,6 +2,7 @@
 
 use crate::kerr::connect::bundle::{Factors, Spin};
 use bhs_core::real::{Real, Vector};
+use bhs_elementary::Elementary;
 
 /// The edge in some azimuth.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +36,7 @@ impl<F: Real> Azimuth<F> {
     pub fn direction(&self, th: F) -> (Vector<F>, [Vector<F>; 2]) {
         let sines = |th: F| {
             let th = th.to_array();
-            (F::from_fn(|i| th[i].cos()), F::from_fn(|i| th[i].sin()))
+            (F::from_fn(|i| th[i].cosine()), F::from_fn(|i| th[i].sine()))
         };
         let (cos, sin) = sines(th);
         let Self { inward, across } = *self;

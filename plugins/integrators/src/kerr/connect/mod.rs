@@ -24,6 +24,7 @@ use crate::kerr::connect::reached::{Trial, follow_all};
 use crate::kerr::connect::search::{Guess, Image, Search, Target, all_without_spin};
 use arrayvec::ArrayVec;
 use bhs_core::lanes::LANES;
+use bhs_elementary::Elementary;
 use bhs_engine::connections::ConnectionPair;
 use glam::DVec3;
 
@@ -134,7 +135,7 @@ impl Found {
     fn is_same(&self, other: Guess, within: f64) -> bool {
         let [a, b] = self.end.aside.map(|aside| aside.dot(other.launch - self.guess.launch));
         let (aside, rise) = self.end.moved(DVec3::new(a, b, other.tau - self.guess.tau));
-        let off = aside.length().hypot(rise * self.scale.0) * self.scale.1;
+        let off = aside.length().hypotenuse(rise * self.scale.0) * self.scale.1;
         self.guess.launch.dot(other.launch) > SAME_LAUNCH && off <= within
     }
 }

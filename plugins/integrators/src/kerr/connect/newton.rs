@@ -9,6 +9,7 @@ use crate::kerr::connect::reached::{Reached, Trial, follow_all};
 use crate::kerr::connect::search::{Guess, Image, Search, Target};
 use bhs_core::lanes::{LANES, Lanes, set_bits};
 use bhs_core::real::{Real, Vector};
+use bhs_elementary::Elementary;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -65,7 +66,7 @@ struct Polar {
 
 impl Polar {
     fn launch(&self, inward: DVec3) -> DVec3 {
-        let (sin, cos) = (self.edge + self.from).sin_cos();
+        let (sin, cos) = (self.edge + self.from).sine_cosine();
         inward * cos + self.across * sin
     }
 }
@@ -136,7 +137,7 @@ impl<'a> Hunt<'a> {
         let Search { image, guess, inward, edge, .. } = *self.search;
         (self.stage, self.stages, self.trial) = (1, stages, guess);
         let across = self.search.across(guess.launch);
-        let from = guess.launch.dot(across).atan2(guess.launch.dot(inward)) - edge;
+        let from = guess.launch.dot(across).arctangent2(guess.launch.dot(inward)) - edge;
         let polar = Polar { across, from, edge, slope: 0.0, u: 1.0 / 3.0 };
         self.polar = (image == Image::Round).then_some([polar; 2]);
         self.begin_stage();
@@ -162,7 +163,7 @@ impl<'a> Hunt<'a> {
             let (inward, d) = (self.search.inward, self.trial.launch);
             let across = self.search.across(d);
             last.edge += last.slope * (across - last.across).dot(inward.cross(last.across)) * d.dot(across);
-            last.from = d.dot(across).atan2(d.dot(inward)) - last.edge;
+            last.from = d.dot(across).arctangent2(d.dot(inward)) - last.edge;
             last.across = across;
             self.polar = Some([*last; 2]);
         }
@@ -184,7 +185,7 @@ impl<'a> Hunt<'a> {
         let (u, n) = self.end;
         let axis = at.n.cross(n);
         let sin = axis.length();
-        let aside = if sin > 0.0 { axis.cross(at.n) * (sin.atan2(at.n.dot(n)) / sin) } else { DVec3::ZERO };
+        let aside = if sin > 0.0 { axis.cross(at.n) * (sin.arctangent2(at.n.dot(n)) / sin) } else { DVec3::ZERO };
         (aside, u - at.u)
     }
 
@@ -193,7 +194,7 @@ impl<'a> Hunt<'a> {
         let (Some([_, trial]), Some(guess)) = (&mut self.polar, self.search.twisted(end.twist)) else { return false };
         let Search { inward, edge, .. } = *self.search;
         trial.across = self.search.across(guess.launch);
-        let angle = guess.launch.dot(trial.across).atan2(guess.launch.dot(inward));
+        let angle = guess.launch.dot(trial.across).arctangent2(guess.launch.dot(inward));
         trial.from = (angle - edge) * (PI - trial.edge) / (PI - edge);
         self.trial = guess;
         true
@@ -212,7 +213,7 @@ impl<'a> Hunt<'a> {
         let before = self.best.map_or(f64::INFINITY, |(_, error)| if self.is_coarser { COARSER * NEAR } else { error });
         let judged = end.map(|end| {
             let (aside, rise) = self.off(&end);
-            (end, aside, rise, aside.length().hypot(rise * self.scale.0) * self.scale.1)
+            (end, aside, rise, aside.length().hypotenuse(rise * self.scale.0) * self.scale.1)
         });
         match judged.filter(|(.., error)| *error < before) {
             Some((end, aside, rise, error)) => {
@@ -273,8 +274,8 @@ impl<'a> Hunt<'a> {
         let inward = self.search.inward;
         let turn = change.y / best.guess.launch.dot(old.across);
         new.edge = old.edge + old.slope * change.y;
-        new.from = old.from * ((change.x - old.slope * change.y) / old.from).exp();
-        new.across = old.across * turn.cos() + inward.cross(old.across) * turn.sin();
+        new.from = old.from * ((change.x - old.slope * change.y) / old.from).exponential();
+        new.across = old.across * turn.cosine() + inward.cross(old.across) * turn.sine();
         Some(Guess { launch: new.launch(inward), tau: best.guess.tau + change.z })
     }
 

@@ -7,6 +7,7 @@ use crate::kerr::connect::search::{Guess, Image, Search, Target};
 use crate::kerr::connect::series::{Followed, follow};
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::real::{Mask, Real, Vector};
+use bhs_elementary::Elementary;
 use glam::DVec3;
 
 /// A number of each search.
@@ -158,7 +159,7 @@ impl<'a> Packet<'a> {
     /// Angles of the launches from inwards.
     pub(super) fn angle(&self, start: &Start) -> Numbers {
         let (across, inward) = (start.d.dot(start.across), start.d.dot(self.inward));
-        Numbers::from_fn(|i| across.lane(i).atan2(inward.lane(i)))
+        Numbers::from_fn(|i| across.lane(i).arctangent2(inward.lane(i)))
     }
 
     /// Measures them from the edge of capture in their azimuths, from which they are as far as `from` says of that.
@@ -198,7 +199,7 @@ impl<'a> Packet<'a> {
         let end = &followed.end;
         let u = end.u[0].v;
         let rate = Factors::new(&self.spin, end).twist(u);
-        let (sin, cos) = (Numbers::from_fn(|i| end.chi.v.lane(i).sin()), Numbers::from_fn(|i| end.chi.v.lane(i).cos()));
+        let (sin, cos) = (Numbers::from_fn(|i| end.chi.v.lane(i).sine()), Numbers::from_fn(|i| end.chi.v.lane(i).cosine()));
         let about = |v: Vectors| Vectors { x: cos * v.x - sin * v.y, y: sin * v.x + cos * v.y, z: v.z };
         let vector = |i: usize, of: &dyn Fn(usize, usize) -> Numbers| Vectors { x: of(i, 0), y: of(i, 1), z: of(i, 2) };
         let top = vector(0, &|i, k| end.n[i][k].v).normalize();
@@ -250,7 +251,7 @@ impl<'a> Packet<'a> {
         }
         let sine = start.d.dot(start.across);
         let across = start.across.plus(self.inward.cross(start.across), b / sine).normalize();
-        let (edge, from) = (start.edge + start.slope * b, start.from * Numbers::from_fn(|i| a.lane(i).exp()));
+        let (edge, from) = (start.edge + start.slope * b, start.from * Numbers::from_fn(|i| a.lane(i).exponential()));
         self.launched(Start { across, edge, from, ..start })
     }
 }

@@ -5,7 +5,8 @@ use crate::kerr::connect::search::{Guess, Target};
 use crate::kerr::connect::series::{Followed, follow};
 use bhs_core::lanes::{LANES, Lanes};
 use bhs_core::real::{Real, Vector};
-use glam::{DMat3, DVec2, DVec3};
+use bhs_elementary::{Elementary, unit_vector};
+use glam::{DMat3, DVec3};
 
 /// A ray to follow.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +82,7 @@ pub(super) fn reached(followed: &Followed<Lanes, 2>, trial: &Trial, i: usize, ra
     let u = end.u.map(|u| u.lane(i));
     let n = end.n.map(|n| n.map(|n| n.lane(i)));
     let chi = end.chi.lane(i);
-    let turn = DVec2::from_angle(chi.v);
+    let turn = unit_vector(chi.v);
     let about = |v: DVec3| turn.rotate(v.truncate()).extend(v.z);
     let top = DVec3::new(n[0][0].v, n[0][1].v, n[0][2].v).normalize();
     let w = DVec3::new(-top.y, top.x, 0.0);
@@ -145,7 +146,7 @@ impl Reached {
     pub fn turned(&self, change: DVec3) -> Guess {
         let aside = self.aside[0] * change.x + self.aside[1] * change.y;
         let angle = aside.length();
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = angle.sine_cosine();
         let launch = self.guess.launch * cos + if angle > 0.0 { aside * (sin / angle) } else { DVec3::ZERO };
         Guess { launch: launch.normalize(), tau: self.guess.tau + change.z }
     }

@@ -3,8 +3,9 @@
 use crate::spherical::connect::sky::connect_sky;
 use crate::spherical::connect::{connect_pair, connect_pairs};
 use bhs_core::spacetime::{Place, Spherical};
+use bhs_elementary::{Elementary, rotation, unit_vector};
 use bhs_engine::connections::{Connection, ConnectionPair};
-use glam::{DQuat, DVec2, DVec3};
+use glam::DVec3;
 
 /// Where a ray is to end, from the centre, in coordinates whose z is the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +34,7 @@ impl Target {
 
     /// The same, turned about the axis by the angle `by` (rad).
     fn turned(self, by: f64) -> Self {
-        let turn = DVec2::from_angle(by);
+        let turn = unit_vector(by);
         let about = |v: DVec3| turn.rotate(v.truncate()).extend(v.z);
         match self {
             Self::Point(y) => Self::Point(about(y)),
@@ -176,7 +177,7 @@ impl Search {
         let u = rs / r;
         // Beyond the circular orbits of light the edge is inwards, within them outwards.
         let slope = (CRITICAL - u * u + u * u * u).max(0.0).sqrt();
-        let edge = u.atan2(if u < CIRCULAR { slope } else { -slope });
+        let edge = u.arctangent2(if u < CIRCULAR { slope } else { -slope });
         let inward = -x / r;
         let searches = std::array::from_fn(|i| {
             let c = pair[i]?;
@@ -209,7 +210,7 @@ impl Search {
     /// The same search for the longer way round that begins with the launch turned about the inward direction by the angle `by` (rad).
     pub fn from_aside(&self, by: f64) -> Option<Self> {
         let Guess { launch, tau } = self.guess;
-        let launch = DQuat::from_axis_angle(self.inward, by) * launch;
+        let launch = rotation(self.inward, by) * launch;
         (self.image == Image::Round).then_some(Self { displaced: Some(Guess { launch, tau }), ..*self })
     }
 

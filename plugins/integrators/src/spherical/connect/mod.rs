@@ -19,6 +19,7 @@ use crate::spherical::connect::lanes::Lanes;
 use crate::spherical::connect::solve::{Ends, Solved, solve};
 use bhs_core::spacetime::Place;
 use bhs_core::spacetime::Spherical;
+use bhs_elementary::Elementary;
 use bhs_engine::connections::{Connection, ConnectionPair};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
@@ -48,7 +49,7 @@ pub fn swept_angle(theta: f64, image: u32) -> f64 {
 /// The geodesic between radii `r1` and `r2` (scene units) that are `theta` [0, pi] apart seen from a hole of Schwarzschild
 /// radius `rs` > 0. `None` at and inside the horizon, and from a point to itself.
 pub fn join(rs: f64, r1: f64, r2: f64, theta: f64, image: u32) -> Option<Arc> {
-    Pair { rs, r1, r2, r_rise: r2 - r1, theta, sin_theta: theta.sin() }.arcs([image])[0]
+    Pair { rs, r1, r2, r_rise: r2 - r1, theta, sin_theta: theta.sine() }.arcs([image])[0]
 }
 
 /// Geodesic number `image` from `x` to `y` around `hole` (`rs` > 0).
@@ -215,7 +216,7 @@ impl PairFrame {
             r1,
             r2,
             r_rise: way.dot(from_x + from_y) / (r1 + r2),
-            theta: sin_theta.atan2(cos_theta),
+            theta: sin_theta.arctangent2(cos_theta),
             sin_theta,
         };
         Self { pair, out_x, across_x, out_y, across_y: across_x * cos_theta - out_x * sin_theta }

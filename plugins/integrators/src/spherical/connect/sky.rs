@@ -11,6 +11,7 @@ use crate::spherical::connect::lanes::Lanes;
 use crate::spherical::connect::solve::{Ends, Solved, solve};
 use crate::spherical::connect::{MOST_IMAGES, number, swept_angle};
 use bhs_core::spacetime::Spherical;
+use bhs_elementary::Elementary;
 use bhs_engine::connections::{Connection, ConnectionPair};
 use glam::DVec3;
 
@@ -63,7 +64,7 @@ impl SkyEnds {
         let side = side - out * side.dot(out);
         let sin_theta = side.length();
         let across = if sin_theta > RADIAL { side / sin_theta } else { out.any_orthonormal_vector() };
-        let theta = sin_theta.atan2(out.dot(direction));
+        let theta = sin_theta.arctangent2(out.dot(direction));
         Self { u: (hole.rs / r).max(LEAST_U), theta, sin_theta: sin_theta.min(1.0), out, across, direction }
     }
 

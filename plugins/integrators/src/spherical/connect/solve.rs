@@ -21,6 +21,7 @@
 //! U2 - U1 enters, so going back is the same arithmetic: reciprocity holds by construction.
 
 use crate::spherical::connect::lanes::Lanes;
+use bhs_elementary::Elementary;
 use std::f64::consts::PI;
 
 /// What is wanted, of several orbits: all in units of the Schwarzschild radius.
@@ -164,7 +165,7 @@ const MOST_STEPS: u32 = 16;
 /// better for most; beyond 2 pi the sum alone is as good.
 #[inline(always)]
 fn guess<const N: usize>(swing: &Swing<N>, half_angle: Lanes<N>, ends: &Ends<N>) -> (Lanes<N>, Lanes<N>) {
-    let decay = half_angle.map(|h| (-h).exp());
+    let decay = half_angle.map(|h| (-h).exponential());
     // One end's part of w in the middle.
     let depth = |u: Lanes<N>| {
         let root = (u + 1.0 / 3.0).sqrt();
