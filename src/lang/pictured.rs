@@ -40,6 +40,11 @@ fn parts(entity: &Entity) -> impl Iterator<Item = (Kind, &str)> {
     })
 }
 
+/// Whether a texture is placed by the texture coordinates of surfaces, as all are that name no other `mapping`.
+fn asks_for_coordinates(texture: &Entity) -> bool {
+    texture.params.iter().filter(|param| param.name.value == "mapping").flat_map(texts).all(|mapping| mapping == "uv")
+}
+
 /// The things that show a picture, by way of as many others as there may be.
 struct Showing<'s>(HashSet<(Kind, &'s str)>);
 
@@ -52,7 +57,7 @@ impl<'s> Showing<'s> {
         for (kind, name, entity) in textures.chain(materials) {
             parts(entity).for_each(|part| users.entry(part).or_default().push((kind, name)));
         }
-        let pictures = scene.textures.iter().filter(|t| t.entity.name.value == "imagemap");
+        let pictures = scene.textures.iter().filter(|t| t.entity.name.value == "imagemap" && asks_for_coordinates(&t.entity));
         let mut left: Vec<(Kind, &str)> = pictures.map(|t| (Kind::Texture, t.name.value.as_str())).collect();
         let mut showing = HashSet::new();
         while let Some(thing) = left.pop() {
