@@ -45,9 +45,8 @@ struct Axis {
 impl Axis {
     /// Around all `values`; one decade if there are none.
     fn around(values: impl Iterator<Item = f64>, ends: [f64; 2]) -> Self {
-        let (lo, hi) = values
-            .map(<f64 as Elementary>::logarithm10)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
+        let (lo, hi) =
+            values.map(Elementary::logarithm10).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
         let decades = if lo <= hi { [lo.floor() as i32, (hi.ceil() as i32).max(lo.floor() as i32 + 1)] } else { [0, 1] };
         Self { decades, ends }
     }

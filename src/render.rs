@@ -19,7 +19,7 @@ use crate::lang::BuiltScene;
 use crate::layers::LayerCollector;
 use crate::memory::OutOfMemory;
 use crate::not_finite::{FirstSamples, SampleId};
-use crate::patches::patches;
+use crate::patches::Patches;
 use crate::progress::Progress;
 use crate::sample::CameraSample;
 use crate::signals::{Signals, StopSignal};
@@ -142,14 +142,13 @@ impl TileWork<'_> {
         }
         // Of the pixels from the current one on.
         let current = position as usize / samples;
-        let left: Vec<[u32; 2]> = pixels.iter().skip(current).map(|(i, _)| tile.pixel(*i)).collect();
-        let patches = patches(job, &left);
+        let patches = Patches::of(job, pixels.iter().skip(current).map(|(i, _)| tile.pixel(*i)));
         while tile.progress.position > 0 || tile.progress.done < end {
             for (at, index) in rest.by_ref().take(BATCH) {
                 let pixel = tile.pixel(pixels[at].0);
                 let stream = SampleStream::of_wave(job.sampler, pixel, index, self.wave);
                 let (sample, mut path) = CameraSample::new(job, self.wavelengths, SampleId { pixel, sample: index }, stream);
-                path.patch = patches[at - current];
+                path.patch = patches.get(at - current);
                 seen.push(sample);
                 paths.push(path);
             }

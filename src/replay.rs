@@ -2,7 +2,7 @@
 
 use crate::lang::{BuiltScene, Label, Labels, SourceMap};
 use crate::not_finite::SampleId;
-use crate::patches::patches;
+use crate::patches::Patches;
 use crate::render::{Job, Wave};
 use crate::sample::CameraSample;
 use crate::wavelengths;
@@ -71,7 +71,7 @@ fn follow(job: &Job, wavelengths: &VisibleWavelengths, id: SampleId) -> Replayed
     let wave = if job.transport.learns() { Wave::of(id.sample).0 } else { 0 };
     let stream = SampleStream::of_wave(job.sampler, id.pixel, id.sample, wave);
     let (sample, mut path) = CameraSample::new(job, wavelengths, id, stream);
-    path.patch = patches(job, &[id.pixel])[0];
+    path.patch = Patches::of(job, std::iter::once(id.pixel)).get(0);
     let mut log = PathLog { path: Some(Vec::new()), ..PathLog::default() };
     job.transport.follow_all(job.scene, std::slice::from_mut(&mut path), &mut log);
     let events = log.path.take().unwrap_or_default();

@@ -2,9 +2,9 @@
 //! samples than a few samples without it.
 
 use crate::common;
-use bhs::lang::{BuiltScene, Overrides};
+use bhs::lang::BuiltScene;
 use bhs::not_finite::SampleId;
-use bhs::patches::patches;
+use bhs::patches::Patches;
 use bhs::render::Job;
 use bhs::replay::Replay;
 use glam::DVec3;
@@ -73,7 +73,7 @@ fn a_patch_behind_a_hole_is_that_of_the_lens_equation() {
     let tan = |pixels: f64| 1_f64.to_radians().tan() * pixels / 10.0;
     for (hole, rs) in [("", 0.0), (r#"BlackHole "schwarzschild" "float rs" 1"#, 1.0)] {
         let built = scene(hole);
-        let patch = patches(&Job::of(&built), &[[18, 9]])[0].expect("it sees the plane");
+        let patch = Patches::of(&Job::of(&built), std::iter::once([18, 9])).get(0).expect("it sees the plane");
         // The middle of the pixel, the right edge's and the lower edge's, from the middle of the picture.
         let source = |x: f64, y: f64| {
             let theta = glam::dvec2(tan(x), tan(y));
@@ -131,18 +131,17 @@ fn no_ray_is_followed_where_no_texture_asks() {
     let folder = tempfile::tempdir().expect("a folder");
     let found = |filter| {
         let built = floor(folder.path(), &options(1, ""), "", filter);
-        (built.scene.wants_patches, patches(&Job::of(&built), &[[32, 40]])[0].is_some())
+        (built.scene.wants_patches, Patches::of(&Job::of(&built), std::iter::once([32, 40])).get(0).is_some())
     };
     assert_eq!(
         ["bilinear", "point", "trilinear", "ewa"].map(found),
         [(false, false), (false, false), (true, true), (true, true)]
     );
     // A texture that nothing has asks for nothing.
-    let unused = Overrides::default();
     let text = r#"
         Texture "t" "spectrum" "imagemap" "string filename" "plugins/textures/tests/data/plain.png" "string filter" "ewa"
         LightSource "infinite"
         Shape "sphere"
     "#;
-    assert!(!common::build_with(&format!("Film \"rgb\"\nWorldBegin\n{text}"), &unused).scene.wants_patches);
+    assert!(!common::build(&format!("Film \"rgb\"\nWorldBegin\n{text}")).scene.wants_patches);
 }

@@ -51,7 +51,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 }
 
 /// Functions of the standard library, and of glam by them, whose last digit depends on the machine.
-const UNLIKE: [&str; 27] = [
+const UNLIKE: [&str; 32] = [
     "sin",
     "cos",
     "tan",
@@ -78,6 +78,11 @@ const UNLIKE: [&str; 27] = [
     "atanh",
     "hypot",
     "from_axis_angle",
+    "from_scaled_axis",
+    "from_euler",
+    "from_rotation_x",
+    "from_rotation_y",
+    "from_rotation_z",
     "from_angle",
 ];
 

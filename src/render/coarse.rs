@@ -3,7 +3,7 @@
 use super::{CameraSample, Job};
 use crate::image::{Frame, Picture, single_precision};
 use crate::not_finite::SampleId;
-use crate::patches::patches;
+use crate::patches::Patches;
 use arrayvec::ArrayVec;
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::VisibleWavelengths;
@@ -30,7 +30,7 @@ pub fn coarse(job: &Job, side: u32, stop: impl Fn() -> bool + Sync) -> Option<Pi
         // The middle of each square.
         let middle = |start: u32, square: u32, end: u32| (start + square * side + side / 2).min(end - 1);
         let pixel = |column| [middle(x0, column, x1), middle(y0, row, y1)];
-        let patches = patches(job, &(0..columns).map(pixel).collect::<Vec<_>>());
+        let patches = Patches::of(job, (0..columns).map(pixel));
         let mut left = (0..columns).flat_map(|column| (0..samples).map(move |index| (column, index))).peekable();
         while left.peek().is_some() {
             if stop() {
@@ -42,7 +42,7 @@ pub fn coarse(job: &Job, side: u32, stop: impl Fn() -> bool + Sync) -> Option<Pi
                 let pixel = pixel(column);
                 let stream = SampleStream::of_wave(job.sampler, pixel, index, 0);
                 let (sample, mut path) = CameraSample::new(job, &wavelengths, SampleId { pixel, sample: index }, stream);
-                path.patch = patches[column as usize];
+                path.patch = patches.get(column as usize);
                 squares.push(column as usize);
                 seen.push(sample);
                 paths.push(path);

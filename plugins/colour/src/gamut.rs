@@ -25,7 +25,7 @@ const FROM_LAB: [[f64; 3]; 3] = inverse(LAB);
 
 /// Oklab of a linear sRGB colour, which may lie outside of the gamut.
 pub fn oklab(rgb: [f64; 3]) -> [f64; 3] {
-    times(LAB, times(RESPONSES, rgb).map(<f64 as Elementary>::cube_root))
+    times(LAB, times(RESPONSES, rgb).map(Elementary::cube_root))
 }
 
 /// The linear sRGB colour of an Oklab one.

@@ -125,79 +125,66 @@ mod tests {
     use super::*;
 
     /// The standard library's are another implementation: within a few units of the last place.
+    macro_rules! agree {
+        ($x:expr, $real:ident, $($ours:ident($($argument:expr)?) = $std:ident),*) => {
+            $({
+                let (ours, std) = ($x.$ours($($argument)?), $x.$std($($argument)?));
+                let both = ours == std || ours.is_nan() && std.is_nan();
+                assert!(both || ((ours - std) / std).abs() < 8.0 * $real::EPSILON, "{}: {ours} {std}", stringify!($std));
+            })*
+        };
+    }
+
+    macro_rules! all_agree {
+        ($x:expr, $real:ident) => {
+            agree!(
+                $x,
+                $real,
+                sine() = sin,
+                cosine() = cos,
+                tangent() = tan,
+                arcsine() = asin,
+                arccosine() = acos,
+                arctangent() = atan,
+                arctangent2(0.7) = atan2,
+                exponential() = exp,
+                exponential2() = exp2,
+                exponential_m1() = exp_m1,
+                logarithm() = ln,
+                logarithm_1p() = ln_1p,
+                logarithm2() = log2,
+                logarithm10() = log10,
+                cube_root() = cbrt,
+                hyperbolic_sine() = sinh,
+                hyperbolic_cosine() = cosh,
+                hyperbolic_tangent() = tanh,
+                inverse_hyperbolic_sine() = asinh,
+                inverse_hyperbolic_tangent() = atanh,
+                hypotenuse(2.0) = hypot
+            );
+            agree!($x.abs(), $real, power(1.7) = powf);
+            assert_eq!($x.sine_cosine(), ($x.sine(), $x.cosine()));
+        };
+    }
+
     #[test]
     fn they_are_the_functions_that_their_names_say() {
-        let near = |ours: f64, std: f64, what: &str| {
-            let both = ours == std || ours.is_nan() && std.is_nan();
-            assert!(both || ((ours - std) / std).abs() < 8.0 * f64::EPSILON, "{what}: {ours} {std}");
-        };
-        let single = |ours: f32, std: f32, what: &str| {
-            let both = ours == std || ours.is_nan() && std.is_nan();
-            assert!(both || ((ours - std) / std).abs() < 8.0 * f32::EPSILON, "{what}: {ours} {std}");
-        };
-        macro_rules! each {
-            ($x:expr, $near:ident, $($ours:ident = $std:ident),*) => { $($near($x.$ours(), $x.$std(), stringify!($std));)* };
-        }
         for i in -400..400 {
             let x = f64::from(i) * 0.0173 + 0.001;
-            each!(
-                x,
-                near,
-                sine = sin,
-                cosine = cos,
-                tangent = tan,
-                arcsine = asin,
-                arccosine = acos,
-                arctangent = atan,
-                exponential = exp,
-                exponential2 = exp2,
-                exponential_m1 = exp_m1,
-                logarithm = ln,
-                logarithm_1p = ln_1p,
-                logarithm2 = log2,
-                logarithm10 = log10,
-                cube_root = cbrt,
-                hyperbolic_sine = sinh,
-                hyperbolic_cosine = cosh,
-                hyperbolic_tangent = tanh
-            );
-            near(x.arctangent2(0.7), x.atan2(0.7), "atan2");
-            near(x.abs().power(1.7), x.abs().powf(1.7), "powf");
-            near(x.hypotenuse(2.0), x.hypot(2.0), "hypot");
-            assert_eq!(x.sine_cosine(), (x.sine(), x.cosine()));
-            let x = x as f32;
-            each!(
-                x,
-                single,
-                sine = sin,
-                cosine = cos,
-                tangent = tan,
-                arcsine = asin,
-                arccosine = acos,
-                arctangent = atan,
-                exponential = exp,
-                exponential2 = exp2,
-                exponential_m1 = exp_m1,
-                logarithm = ln,
-                logarithm_1p = ln_1p,
-                logarithm2 = log2,
-                logarithm10 = log10,
-                cube_root = cbrt,
-                hyperbolic_sine = sinh,
-                hyperbolic_cosine = cosh,
-                hyperbolic_tangent = tanh
-            );
-            single(x.arctangent2(0.7), x.atan2(0.7), "atan2");
-            single(x.abs().power(1.7), x.abs().powf(1.7), "powf");
-            single(x.hypotenuse(2.0), x.hypot(2.0), "hypot");
-            assert_eq!(x.sine_cosine(), (x.sine(), x.cosine()));
+            all_agree!(x, f64);
+            let single = x as f32;
+            all_agree!(single, f32);
         }
+        assert_eq!(1e200_f64.hypotenuse(1e200), 1e200 * 2_f64.sqrt());
+    }
+
+    #[test]
+    fn turns_are_those_of_glam() {
         let axis = DVec3::new(1.0, -2.0, 0.5).normalize();
         for i in -20..20 {
             let angle = f64::from(i) * 0.4;
             assert!((unit_vector(angle) - DVec2::from_angle(angle)).length() < 1e-15);
             assert!((rotation(axis, angle) - DMat3::from_axis_angle(axis, angle)).abs_diff_eq(DMat3::ZERO, 1e-15));
         }
-        assert_eq!(1e200_f64.hypotenuse(1e200), 1e200 * 2_f64.sqrt());
     }
 }

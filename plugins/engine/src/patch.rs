@@ -40,13 +40,6 @@ impl Patch {
         Some(Self { geometry: middle.geometry, point: middle.point, beside: [beside(&ends[1])?, beside(&ends[2])?] })
     }
 
-    /// The vertex of a camera ray of this pixel, which knows the patch if it lies on it.
-    #[inline]
-    pub fn fitted<'s>(&self, scene: &Scene, mut vertex: Vertex<'s>) -> Vertex<'s> {
-        self.fit(scene, &mut vertex);
-        vertex
-    }
-
     /// Tells the vertex of a camera ray of this pixel of the patch, if it lies on it.
     pub fn fit(&self, scene: &Scene, vertex: &mut Vertex) {
         let reach = REACH * (self.beside[0].length() + self.beside[1].length());

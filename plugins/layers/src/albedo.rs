@@ -78,11 +78,12 @@ impl AlbedoOfScene {
                 self.tables[table as usize].at(cos, |wo| self.colors.of(material, &at, wo, 1.0))
             }
             // Which wavelengths the vertex has does not matter: they are replaced.
-            None => seen
-                .scene
-                .vertex(*hit, self.colors.some_wavelengths())
-                .map(|vertex| seen.patch.iter().fold(vertex, |vertex, patch| patch.fitted(seen.scene, vertex)))
-                .map_or([0.0; 3], |vertex| self.colors.of(vertex.material, &vertex.shading, vertex.wo, shift)),
+            None => seen.scene.vertex(*hit, self.colors.some_wavelengths()).map_or([0.0; 3], |mut vertex| {
+                if let Some(patch) = &seen.patch {
+                    patch.fit(seen.scene, &mut vertex);
+                }
+                self.colors.of(vertex.material, &vertex.shading, vertex.wo, shift)
+            }),
         };
         Some(value)
     }

@@ -122,7 +122,7 @@ impl Sphere {
 
     fn surface_at(&self, p: DVec3) -> SurfaceGeometry {
         let normal = (self.outward * p).normalize();
-        let [v0, v1] = self.part.z.map(<f64 as Elementary>::arccosine);
+        let [v0, v1] = self.part.z.map(Elementary::arccosine);
         let v = (p.z.clamp(-1.0, 1.0).arccosine() - v0) / (v1 - v0);
         let uv = Vec2::new((azimuth(p) / self.part.phi_max) as f32, v as f32).clamp(Vec2::ZERO, Vec2::ONE);
         SurfaceGeometry { normal, shading_normal: normal, uv, second_uv: None, colour: Vec4::ONE }
@@ -191,7 +191,7 @@ impl Analytic for Sphere {
         let r = p.x.hypotenuse(p.y);
         // At a pole any meridian is as good as another.
         let [cos, sin] = if r > 0.0 { [p.x / r, p.y / r] } else { [1.0, 0.0] };
-        let [v0, v1] = self.part.z.map(<f64 as Elementary>::arccosine);
+        let [v0, v1] = self.part.z.map(Elementary::arccosine);
         let du = DVec3::new(-p.y, p.x, 0.0) * self.part.phi_max;
         let dv = DVec3::new(p.z * cos, p.z * sin, -r) * (v1 - v0);
         Some([du, dv].map(|d| self.world_from_unit * d))

@@ -114,6 +114,7 @@ impl Mapping {
             // The u and v that bring the point there, or as near as they can.
             let (u, v) = (along_u.dot(way), along_v.dot(way));
             let duv = Vec2::new(vv * u - uv * v, uu * v - uv * u) / (uu * vv - uv * uv);
+            // A second set of texture coordinates is taken to stretch as the first does: its tangents are not known.
             let moved = Shading { uv: at.uv + duv, second_uv: at.second_uv + duv, point: at.point + way.as_dvec3(), ..*at };
             let by = self.place_in_space(&moved) - here;
             // Around an axis, a whole turn is none.

@@ -103,13 +103,14 @@ impl Level<'_> {
         let f = a * c - 0.25 * b * b;
         let half = Vec2::new(c, a).map(f32::sqrt);
         let (from, to) = ((middle - half).ceil(), (middle + half).floor());
+        let at_edge = (-BELL).exponential();
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
         for y in from.y as i64..=to.y as i64 {
             for x in from.x as i64..=to.x as i64 {
                 let d = Vec2::new(x as f32, y as f32) - middle;
                 let r2 = (a * d.x * d.x + b * d.x * d.y + c * d.y * d.y) / f;
                 if r2 < 1.0 {
-                    let weight = (-BELL * r2).exponential() - (-BELL).exponential();
+                    let weight = (-BELL * r2).exponential() - at_edge;
                     sum += self.texel(wrap, x, y) * weight;
                     weights += weight;
                 }

@@ -49,7 +49,7 @@ fn unit(bits: u64) -> f64 {
 fn magnitude(count: f64) -> f64 {
     // Straight lines between the logarithms, the last of which go on.
     let i = BRIGHTER.partition_point(|n| *n <= count).clamp(1, BRIGHTER.len() - 1) - 1;
-    let [a, b] = [BRIGHTER[i], BRIGHTER[i + 1]].map(<f64 as Elementary>::logarithm);
+    let [a, b] = [BRIGHTER[i], BRIGHTER[i + 1]].map(Elementary::logarithm);
     (i as f64 - 1.0 + (count.logarithm() - a) / (b - a)).max(BRIGHTEST)
 }
 

@@ -130,7 +130,7 @@ impl Profile {
     /// The same from `a` to `b`, at most one panel.
     fn piece(&self, a: f64, b: f64) -> f64 {
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-        let f = |x: f64| <f64 as Elementary>::arctangent2(1.0, x) / self.radius(x);
+        let f = |x: f64| 1.0_f64.arctangent2(x) / self.radius(x);
         let sum: f64 = self.nodes.iter().map(|(t, weight)| weight * (f(middle - half * t) + f(middle + half * t))).sum();
         self.m * half * sum
     }

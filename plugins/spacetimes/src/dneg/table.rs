@@ -79,7 +79,7 @@ impl Table {
                     }
                 }
                 let excess = (2.0 * profile.log_index(x)).exponential_m1();
-                let slope = -(1.0 + excess) * FRAC_2_PI * <f64 as Elementary>::arctangent2(1.0, x) / (end + (place - 1.0) / over);
+                let slope = -(1.0 + excess) * FRAC_2_PI * 1.0_f64.arctangent2(x) / (end + (place - 1.0) / over);
                 (excess, slope / over)
             }));
         }
