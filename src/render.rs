@@ -116,8 +116,6 @@ struct TileWork<'a> {
     layers: Option<&'a LayerCollector<'a>>,
     wavelengths: &'a VisibleWavelengths,
     channels: usize,
-    /// What random numbers depend on besides pixel and sample, for transports that learn.
-    wave: u32,
 }
 
 impl TileWork<'_> {
@@ -146,7 +144,7 @@ impl TileWork<'_> {
         while tile.progress.position > 0 || tile.progress.done < end {
             for (at, index) in rest.by_ref().take(BATCH) {
                 let pixel = tile.pixel(pixels[at].0);
-                let stream = SampleStream::of_wave(job.sampler, pixel, index, self.wave);
+                let stream = SampleStream::new(job.sampler, pixel, index);
                 let (sample, mut path) = CameraSample::new(job, self.wavelengths, SampleId { pixel, sample: index }, stream);
                 path.patch = patches.get(at - current);
                 seen.push(sample);

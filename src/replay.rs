@@ -19,8 +19,6 @@ use serde_json::{Map, Value, json};
 pub struct Replayed {
     /// Which one it is.
     pub id: SampleId,
-    /// Whether the render follows the very same path: not after a method has learned from samples before it.
-    pub is_exact: bool,
     /// Wavelengths where the ray starts, and their densities.
     pub lambda: SampledWavelengths,
     /// The filter's weight.
@@ -67,9 +65,7 @@ impl<'a> Replay<'a> {
 
 /// Follows sample `id` of `job`, whose transport is ready for its wave.
 fn follow(job: &Job, wavelengths: &VisibleWavelengths, id: SampleId) -> Replayed {
-    // What learns uses other numbers in each wave.
-    let wave = if job.transport.learns() { Wave::of(id.sample).0 } else { 0 };
-    let stream = SampleStream::of_wave(job.sampler, id.pixel, id.sample, wave);
+    let stream = SampleStream::new(job.sampler, id.pixel, id.sample);
     let (sample, mut path) = CameraSample::new(job, wavelengths, id, stream);
     path.patch = Patches::of(job, std::iter::once(id.pixel)).get(0);
     let mut log = PathLog { path: Some(Vec::new()), ..PathLog::default() };
@@ -81,16 +77,7 @@ fn follow(job: &Job, wavelengths: &VisibleWavelengths, id: SampleId) -> Replayed
     if let Some(weight) = weight.filter(|w| *w != 0.0) {
         channels.iter_mut().for_each(|c| *c /= weight);
     }
-    Replayed {
-        id,
-        is_exact: wave == 0,
-        lambda: sample.lambda,
-        weight: sample.weight,
-        events,
-        radiance,
-        is_finite: weight.is_some(),
-        channels,
-    }
+    Replayed { id, lambda: sample.lambda, weight: sample.weight, events, radiance, is_finite: weight.is_some(), channels }
 }
 
 /// A number; one that is not finite as a text, which JSON has no number for.
@@ -134,7 +121,6 @@ impl Replayed {
             "camera": built.camera_name,
             "integrator": built.integrator_name,
             "transport": built.transport_name,
-            "exact": self.is_exact,
             "wavelengths_nm": numbers(self.lambda.lambda_nm),
             "wavelength_densities_per_nm": numbers(self.lambda.pdf),
             "filter_weight": number(self.weight.into()),

@@ -14,7 +14,7 @@ use std::io::{ErrorKind, Read, Write};
 /// The first bytes of the file. As those of PNG, they do not survive what breaks binary files on their way.
 const SIGNATURE: [u8; 8] = *b"\x89BHS\r\n\x1a\n";
 /// The version of the format.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// What a section is: four letters.
 pub type SectionKind = [u8; 4];

@@ -36,7 +36,6 @@ use std::sync::PoisonError;
 
 const HEAD: SectionKind = *b"HEAD";
 const STATISTICS: SectionKind = *b"STAT";
-const LEARNED: SectionKind = *b"LEAR";
 const TILE: SectionKind = *b"TILE";
 const END: SectionKind = *b"END ";
 
@@ -208,8 +207,7 @@ pub fn write(to: impl Write, identity: &Identity, state: &RenderState) -> std::i
         |snapshot| {
             let mut writer = writer.borrow_mut();
             writer.section(HEAD, &[identity.to_json().as_bytes()])?;
-            writer.section(STATISTICS, &[statistics(snapshot).to_string().as_bytes()])?;
-            writer.section(LEARNED, &[&snapshot.memory])
+            writer.section(STATISTICS, &[statistics(snapshot).to_string().as_bytes()])
         },
         |number, bytes| {
             if bytes.is_empty() {
@@ -238,10 +236,9 @@ pub fn read(from: impl Read, identity: &Identity, fixed_samples: bool, state: &m
     if let Some(difference) = identity.difference(&head, fixed_samples) {
         return Err(Refusal::Other(difference));
     }
-    let mut snapshot = from_statistics(&section(STATISTICS)?).ok_or_else(|| damaged("its counts are none"))?;
-    snapshot.memory = section(LEARNED)?;
+    let snapshot = from_statistics(&section(STATISTICS)?).ok_or_else(|| damaged("its counts are none"))?;
     let wave_start = Wave(snapshot.waves).samples().start;
-    state.restore(snapshot).map_err(Refusal::Damaged)?;
+    state.restore(snapshot);
     let mut tiles = 0_u32;
     loop {
         let (kind, content) = reader.section()?;
@@ -289,5 +286,5 @@ pub(crate) fn from_statistics(text: &[u8]) -> Option<Snapshot> {
     }
     let waves = value["waves"].as_u64()?.try_into().ok()?;
     let seconds = value["seconds"].as_f64().filter(|s| *s >= 0.0)?;
-    Some(Snapshot { waves, counters, not_finite, seconds, memory: Vec::new() })
+    Some(Snapshot { waves, counters, not_finite, seconds })
 }

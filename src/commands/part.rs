@@ -26,12 +26,6 @@ pub(super) const ENDING: &str = "bhspart";
 /// # Errors
 /// If that cannot be a part.
 pub(super) fn cover(args: &RenderArgs, built: &BuiltScene) -> Result<Option<Cover>, String> {
-    if args.parts.is_given() && built.transport.learns() {
-        return Err(format!(
-            "the light transport `{}` learns from the whole picture (`guiding`), which does not split into parts; without it, it does",
-            built.transport_name
-        ));
-    }
     if args.parts.is_given() && built.sampler.noise_target().is_some() && built.sampler.samples_per_pixel() == MOST_SAMPLES {
         return Err("pixels of parts all have as many samples, whatever the sampler's `noise`; --spp says how many".to_owned());
     }

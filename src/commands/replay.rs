@@ -71,12 +71,6 @@ pub(super) fn replay(args: &RenderArgs, overrides: &Overrides, id: SampleId, com
         return Ok(ExitStatus::CommandLine);
     }
     let replayed = Replay::new(Job::of(&built)).follow(id);
-    if !replayed.is_exact {
-        say!(
-            "warning: `{}` learns while it renders: what it knew of the scene at this sample is not replayed, and the path differs",
-            built.transport_name
-        );
-    }
     print(&replayed.to_text(&built, &labels, &sources))?;
     Ok(ExitStatus::Done)
 }

@@ -164,9 +164,6 @@ pub fn build(
     }
     let filter = registry.create::<dyn Filter>(&settings.filter, context, &mut found);
     let transport = registry.create::<dyn LightTransport>(&settings.transport, context, &mut found);
-    if let (Some(film), Some(transport)) = (&film, &transport) {
-        warn_of_guided_crop(film.as_ref(), transport.as_ref(), &settings, &mut found);
-    }
     // Of very many materials and shapes, what describes them is let go before more room is needed.
     let names = Names::new(registry, &description);
     let area_light = |e: &Entity| PartAreaLight { span: e.name.span, light: names.make::<dyn AreaLight>(e, context) };
@@ -274,23 +271,6 @@ fn too_large(film: &dyn Film, layers: &[NamedLayer], entity: &Entity, then: TooL
     let found = picture::check_at(film, layers, size.map_or(entity.name.span, |p| p.name.span))?;
     let severity = if then == TooLarge::Refuse { Severity::Error } else { Severity::Warning };
     Some(Diagnostic { severity, ..found })
-}
-
-/// A part of a picture that learns from all of its pixels is another picture.
-fn warn_of_guided_crop(film: &dyn Film, transport: &dyn LightTransport, settings: &Settings, found: &mut Vec<Diagnostic>) {
-    let [width, height] = film.resolution();
-    if !transport.learns() || film.crop() == [0, width, 0, height] {
-        return;
-    }
-    let place = |entity: &Entity, name: &str| {
-        entity.params.iter().find(|p| p.name.value == name).map_or(entity.name.span, |p| p.name.span.to(p.span))
-    };
-    found.push(
-        Diagnostic::warning("guided-crop", "this crop will be another picture than the same part of the whole one")
-            .at(place(&settings.film, "cropwindow"), "only these pixels are rendered")
-            .and(place(&settings.transport, "guiding"), "and learned from")
-            .help("the mean is the same, the noise is not; to put parts together, render them without `guiding`"),
-    );
 }
 
 fn find_intersector(

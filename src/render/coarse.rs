@@ -40,7 +40,7 @@ pub fn coarse(job: &Job, side: u32, stop: impl Fn() -> bool + Sync) -> Option<Pi
             let mut squares = ArrayVec::<usize, BATCH>::new();
             for (column, index) in left.by_ref().take(BATCH) {
                 let pixel = pixel(column);
-                let stream = SampleStream::of_wave(job.sampler, pixel, index, 0);
+                let stream = SampleStream::new(job.sampler, pixel, index);
                 let (sample, mut path) = CameraSample::new(job, &wavelengths, SampleId { pixel, sample: index }, stream);
                 path.patch = patches.get(column as usize);
                 squares.push(column as usize);

@@ -67,8 +67,6 @@ pub struct Snapshot {
     pub not_finite: FirstSamples,
     /// Seconds of rendering.
     pub seconds: f64,
-    /// What the light transport has learned: [`LightTransport::save`].
-    pub memory: Vec<u8>,
 }
 
 impl<'a> RenderState<'a> {
@@ -100,20 +98,11 @@ impl<'a> RenderState<'a> {
     }
 
     /// Takes over what a snapshot has; the tiles of [`RenderState::frame`] are restored by the caller.
-    ///
-    /// # Errors
-    /// If the light transport cannot make sense of its part.
-    pub fn restore(&mut self, snapshot: Snapshot) -> Result<(), String> {
+    pub fn restore(&mut self, snapshot: Snapshot) {
         let shared = self.shared.get_mut().unwrap_or_else(PoisonError::into_inner);
-        match &mut shared.memory {
-            Some(memory) => memory.restore(&snapshot.memory)?,
-            None if snapshot.memory.is_empty() => {}
-            None => return Err("the light transport has no memory, and some was saved".to_owned()),
-        }
         shared.wave = Wave(snapshot.waves);
         *lock(&self.counted) = Counted { counters: snapshot.counters, not_finite: snapshot.not_finite };
         self.seconds_before = snapshot.seconds;
-        Ok(())
     }
 
     /// The frame under way.
@@ -200,9 +189,6 @@ impl<'a> RenderState<'a> {
             pace.note(end.saturating_sub(done), began.elapsed());
             let mut shared = self.shared_alone();
             if end >= shared.wave.samples().end {
-                if let Some(memory) = &mut shared.memory {
-                    memory.end_wave();
-                }
                 shared.wave = shared.wave.next();
                 shared.is_begun = false;
             }
@@ -251,14 +237,11 @@ impl<'a> RenderState<'a> {
             }
             shared.hand_over(number, &mut tile);
             let job = Job { transport: shared.memory.as_deref().unwrap_or(self.job.transport), ..self.job };
-            // What was learned depends on the numbers of the waves before: those of this one must not.
-            let wave = if job.transport.learns() { shared.wave.0 } else { 0 };
             let work = TileWork {
                 job: &job,
                 layers: self.layers.as_ref(),
                 wavelengths: &self.wavelengths,
                 channels: self.frame.channel_count(),
-                wave,
             };
             let before = tile.samples();
             let counted = work.advance(&mut tile, || self.pause.load(Ordering::Relaxed) || over());
@@ -287,13 +270,7 @@ impl<'a> RenderState<'a> {
             shared.snapshot = shared.snapshot.wrapping_add(1);
             shared.sink = Some(sink);
             let Counted { counters, not_finite } = lock(&self.counted).clone();
-            let snapshot = Snapshot {
-                waves: shared.wave.0,
-                counters,
-                not_finite,
-                seconds: self.seconds(),
-                memory: shared.memory.as_ref().map_or_else(Vec::new, |m| m.save()),
-            };
+            let snapshot = Snapshot { waves: shared.wave.0, counters, not_finite, seconds: self.seconds() };
             (shared.snapshot, snapshot)
         };
         begin(&snapshot)?;

@@ -118,7 +118,7 @@ impl<'a> SampleStream<'a> {
         Self { sampler, pixel, index, next_set: 0, numbers: [0.0; SET], used: SET }
     }
 
-    /// The same from other sets of numbers: those of different `wave` are independent of each other, for samples that learn from those before them.
+    /// The same from other sets of numbers: those of different `wave` are independent of each other.
     pub fn of_wave(sampler: &'a dyn Sampler, pixel: [u32; 2], index: u32, wave: u32) -> Self {
         Self { next_set: wave.wrapping_mul(SETS_OF_A_WAVE), ..Self::new(sampler, pixel, index) }
     }

@@ -82,40 +82,16 @@ pub trait LightTransport: Send + Sync {
         }
     }
 
-    /// The same method with a memory of its own, for one render: what it finds may depend on what it found in the waves before
-    /// ([`LightTransport::end_wave`]) and on what it makes for each wave ([`LightTransport::begin_wave`]), but on nothing else. `None`: it has no
-    /// memory, and is used as it is.
+    /// The same method with a memory of its own, for one render: what it finds may depend on what it makes for each wave
+    /// ([`LightTransport::begin_wave`]), but on nothing else. `None`: it has no memory, and is used as it is.
     fn for_render(&self, _setting: &RenderSetting) -> Option<Box<dyn LightTransport>> {
         None
     }
 
     /// Says that the samples that follow are those with the numbers `samples`, all of which belong to one wave, in the render of
-    /// [`LightTransport::for_render`]. What it makes for them depends on the setting and these numbers alone. Runs on the current rayon pool.
+    /// [`LightTransport::for_render`]. What it makes for them depends on the setting and these numbers alone, not on
+    /// whether it was told of the waves before: a render may begin anywhere. Runs on the current rayon pool.
     fn begin_wave(&mut self, _setting: &RenderSetting, _samples: Range<u32>) {}
-
-    /// Whether it learns from what it finds: what a pixel shows then depends on which others are rendered.
-    fn learns(&self) -> bool {
-        false
-    }
-
-    /// Says that all samples so far are done, and that others follow: what has been found so far may be used from now on.
-    fn end_wave(&mut self) {}
-
-    /// What it has found so far, as bytes that [`LightTransport::restore`] understands: a render that is broken off and resumed goes on with
-    /// it, and has to end with the same picture. So everything that later samples depend on is in there, exactly, including what the
-    /// current wave has added. Called between samples, while no other thread uses it. Empty for a method without memory.
-    fn save(&self) -> Vec<u8> {
-        Vec::new()
-    }
-
-    /// Takes over what [`LightTransport::save`] of the same method, in a render of the same scene, has returned. Called once, before the first
-    /// sample.
-    ///
-    /// # Errors
-    /// What is wrong with `saved`, which comes from a file and may be anything.
-    fn restore(&mut self, saved: &[u8]) -> Result<(), String> {
-        if saved.is_empty() { Ok(()) } else { Err("the light transport has no memory, and some was saved".to_owned()) }
-    }
 
     /// Whether its pictures show light: not those of normals, in which nothing shines.
     fn shows_light(&self) -> bool {

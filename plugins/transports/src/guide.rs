@@ -1,87 +1,99 @@
 //! What a render has found out about where light comes from: at each place, how much of it from which part of the hemisphere.
 //!
-//! Places are the cells of a grid over the scene, each for six kinds of surfaces, by the axis that their normal is closest to. The
-//! hemisphere over a surface is unrolled to a square on which Lambert's law is uniform, and a [`Warp`] of that square is what
-//! directions are drawn from. It is trained by paths: the light that a path found in a direction, over the density of that direction, adds up to
-//! the light from that part of the hemisphere, cosine included. Light that light sampling finds has no part in it.
+//! Places are the cells of a grid over the scene, each for six kinds of surfaces, by the axis that their normal is closest to. Where many paths came, the
+//! cells are small; where few did, larger ones that hold them are taken in their place, as in an octree that is refined while paths come. The
+//! hemisphere over a surface, as the observer there measures it, is unrolled to a square on which Lambert's law is uniform, and a [`Warp`] of that square is
+//! what directions are drawn from. It is trained by paths: the light that a path found in a direction, over the density of that direction, adds up to
+//! the light from that part of the hemisphere. Light that light sampling finds at the surface itself has no part in it.
 //!
-//! What is learned counts from the next wave of a render on, so that no sample depends on those of its own wave; sums are of
-//! integers, so that they do not depend on the order in which threads add to them.
+//! Matt surfaces draw all their directions so, for a share of the warp is Lambert's law; others mix directions of the warp with those of the material, the more of
+//! these the more they are like mirrors.
+//!
+//! The paths that train it belong to no picture ([`pilot`]), so no sample depends on others, whatever part of a picture is rendered.
 //!
 //! Sources: Vorba et al. 2014, "On-line Learning of Parametric Mixture Models for Light Transport Simulation"; Mueller, Gross and Novak
 //! 2017, "Practical Path Guiding for Efficient Light-Transport Simulation".
 
-mod record;
+pub mod pilot;
 
 use crate::warp::{SQUARES, Warp, WarpSample};
 use bhs_core::geometry::Aabb;
 use bhs_core::sampling::{concentric_square, cosine_hemisphere};
-use bhs_elementary::Elementary;
 use bhs_engine::scene::Vertex;
 use glam::{DVec3, Vec2, Vec3};
-use std::sync::atomic::Ordering::Relaxed;
-use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64};
+use std::collections::HashMap;
+use std::f32::consts::FRAC_1_PI;
 
-/// Cells along the longest side of the scene.
-const CELLS: f64 = 16.0;
-/// Mixing probability: share of the directions that follow what was learned, where much was; the others follow Lambert's law.
-const MIXING_PROBABILITY: f32 = 0.7;
-/// Weight of Lambert's law as a prior, in samples: after as many, half of that share is reached.
-const PRIOR_WEIGHT: f32 = 200.0;
-/// Least count of samples with which a cell guides.
-const LEAST_SAMPLES: u32 = 16;
-/// Waves that train it: later ones have little to add.
-const TRAINING_WAVES: u32 = 12;
-
-/// Slots of places: not seen yet, seen in this wave; above them, the number of the cell and two.
-const UNSEEN: u32 = 0;
-const SEEN: u32 = 1;
+/// Cells along the longest side of the scene, of the finest grid.
+const CELLS: f64 = 32.0;
+/// Grids: of each, cells are twice as long as of the one before.
+const LEVELS: usize = 4;
+/// Lessons that a cell has at least, to be taken by itself.
+const LEAST_LESSONS: u32 = 512;
+/// Weight of what the cell around it has learned as a prior, in lessons: what few of them say of one square is mostly noise.
+const PRIOR_WEIGHT: f32 = 1024.0;
+/// Mixing probability: share of the directions that follow what was learned; the others follow Lambert's law.
+const MIXING_PROBABILITY: f32 = 0.85;
+/// The same share of a surface that is not matt, if its directions are as even as a matt one's.
+const SHARE: f32 = 0.5;
+/// Density of the mirrored direction (1/sr) at which that is halved: such a surface knows better itself where its light comes from.
+const HALVED_AT: f32 = 4.0;
+/// Light over density that is not reckoned with.
+const MOST_BROUGHT: f32 = 1e30;
+/// Less of it is not worth while.
+const LEAST_SHARE: f32 = 0.05;
 
 /// What was found at one place.
+#[derive(Clone)]
 struct Cell {
-    /// Radiance over density of the samples in each square, in the guide's unit.
-    sums: [AtomicU64; SQUARES],
-    samples: AtomicU32,
+    lessons: u32,
+    /// Radiance over density of the lessons in each square.
+    sums: [f32; SQUARES],
+}
+
+impl Default for Cell {
+    fn default() -> Self {
+        Self { lessons: 0, sums: [0.0; SQUARES] }
+    }
 }
 
 /// What a render has learned.
 pub struct Guide {
-    /// A corner of the grid, cells per length, and cells along each axis.
+    /// A corner of the grids, and cells of the finest one per length.
     origin: DVec3,
     per_length: f64,
-    size: [usize; 3],
-    slots: Vec<AtomicU32>,
-    cells: Vec<Cell>,
+    /// Cells along each axis, of each grid, the finest first.
+    sizes: [[usize; 3]; LEVELS],
+    /// Of the cells of the finest grid, by kind of surface: which warp is used.
+    slots: Vec<u16>,
+    /// The first one stands for not knowing.
     warps: Vec<Warp>,
-    /// Units of sums in a radiance; 0 until the first wave has shown what is usual.
-    units: f64,
-    /// Sum and number of binary exponents of the radiances that the first wave found.
-    exponents: AtomicI64,
-    found: AtomicU32,
-    waves: u32,
+    /// Of the cells of the finest grid.
+    cells: HashMap<u32, Cell>,
 }
 
 /// The hemisphere over a vertex, as the guide knows it.
 #[derive(Clone, Copy)]
 pub struct GuidedHemisphere<'a> {
     warp: &'a Warp,
-    cell: Option<u32>,
+    slot: u32,
+    /// Share of the directions that are drawn from the warp; 0: all are the material's.
+    share: f32,
     /// Axes of the square in the shading plane, and the side of the surface.
     x: Vec2,
     y: Vec2,
     side: f32,
 }
 
-/// A training record: a direction that was drawn, and what was known then. Learned from once the path has ended.
-#[derive(Clone, Copy)]
-pub struct TrainingRecord {
-    cell: Option<u32>,
+/// What one path tells of the light at one place.
+#[derive(Clone, Copy, Debug)]
+pub struct Lesson {
+    slot: u32,
     square: u32,
+    /// Density of the direction, over that of Lambert's law.
     density: f32,
-    /// Weight of what is found in the direction, and what the path had found before; means over the wavelengths.
-    pub throughput: f32,
-    /// `None` until that is known; if it never is, the path ended there.
-    pub before: Option<f32>,
+    /// Light that was found there.
+    pub radiance: f32,
 }
 
 /// A direction drawn by a guide.
@@ -90,7 +102,6 @@ pub struct Guided {
     pub wi: Vec3,
     /// Density over that of Lambert's law.
     pub density: f32,
-    square: usize,
 }
 
 impl Guide {
@@ -98,28 +109,19 @@ impl Guide {
     pub fn new(bounds: Aabb) -> Self {
         let extent = if bounds.is_empty() { DVec3::ONE } else { bounds.max - bounds.min };
         let per_length = CELLS / extent.max_element().max(f64::MIN_POSITIVE);
-        let size = extent.to_array().map(|e| ((e * per_length).ceil() as usize).max(1));
-        let mut slots = Vec::new();
-        slots.resize_with(6 * size.iter().product::<usize>(), AtomicU32::default);
+        let finest = extent.to_array().map(|e| ((e * per_length).ceil() as usize).clamp(1, CELLS as usize));
+        let sizes = std::array::from_fn(|level| finest.map(|n| n.div_ceil(1 << level)));
         let origin = if bounds.is_empty() { DVec3::ZERO } else { bounds.min };
-        Self {
-            origin,
-            per_length,
-            size,
-            slots,
-            cells: Vec::new(),
-            warps: Vec::new(),
-            units: 0.0,
-            exponents: AtomicI64::new(0),
-            found: AtomicU32::new(0),
-            waves: 0,
-        }
+        let slots = vec![0; 6 * finest.iter().product::<usize>()];
+        Self { origin, per_length, sizes, slots, warps: vec![Warp::UNIFORM], cells: HashMap::new() }
     }
 
-    /// The hemisphere on the side of `wo` of `vertex`.
+    /// The hemisphere on the side of `wo` of `vertex`, whose material is not specular.
     #[inline]
     pub fn place(&self, vertex: &Vertex) -> GuidedHemisphere<'_> {
-        self.place_at(vertex.hit.point, vertex.axes(), vertex.wo.z.signum())
+        let place = self.place_at(vertex.hit.point, vertex.axes(), vertex.wo.z.signum());
+        let share = if self.slots[place.slot as usize] == 0 { 0.0 } else { share(vertex) };
+        GuidedHemisphere { share, ..place }
     }
 
     /// The hemisphere on the side `side` of a surface with the shading axes `axes` at `point`.
@@ -128,89 +130,109 @@ impl Guide {
         let [s, t, n] = axes.map(|a| a.as_vec3());
         let (frame, face) = ShadingSquare::new(s, t, n, side);
         let at = (point - self.origin) * self.per_length;
-        let [x, y, z]: [usize; 3] = std::array::from_fn(|i| (at[i].max(0.0) as usize).min(self.size[i] - 1));
-        let slot = &self.slots[((x * self.size[1] + y) * self.size[2] + z) * 6 + face];
-        let cell = match slot.load(Relaxed) {
-            UNSEEN => {
-                slot.store(SEEN, Relaxed);
-                None
-            }
-            SEEN => None,
-            number => Some(number - 2),
-        };
-        let warp = cell.map_or(&Warp::UNIFORM, |c| &self.warps[c as usize]);
-        GuidedHemisphere { warp, cell, x: frame.x, y: frame.y, side }
+        let cell: [usize; 3] = std::array::from_fn(|i| (at[i].max(0.0) as usize).min(self.sizes[0][i] - 1));
+        let slot = number(self.sizes[0], cell, face);
+        let warp = &self.warps[usize::from(self.slots[slot])];
+        GuidedHemisphere { warp, slot: slot as u32, share: 1.0, x: frame.x, y: frame.y, side }
     }
 
-    /// Whether paths still train it.
-    #[inline]
-    pub fn learns(&self) -> bool {
-        self.waves < TRAINING_WAVES
-    }
-
-    /// Learns from a path that has found `after` altogether.
-    pub fn learn(&self, record: &TrainingRecord, after: f32) {
-        let radiance = record.before.map_or(0.0, |before| (after - before) / record.throughput);
-        // Nothing, or nothing that can be reckoned with.
-        let finds = radiance.is_normal() && radiance > 0.0;
-        if self.units == 0.0 {
-            if finds {
-                self.exponents.fetch_add(i64::from(radiance.logarithm2().floor() as i32), Relaxed);
-                self.found.fetch_add(1, Relaxed);
+    /// Learns from paths. What it says changes with [`Guide::refine`].
+    pub fn learn(&mut self, lessons: &[Lesson]) {
+        for lesson in lessons {
+            let cell = self.cells.entry(lesson.slot).or_default();
+            cell.lessons = cell.lessons.saturating_add(1);
+            let brought = lesson.radiance / lesson.density;
+            // Not what cannot be reckoned with.
+            if brought.is_finite() && brought < MOST_BROUGHT {
+                cell.sums[lesson.square as usize] += brought;
             }
-            return;
-        }
-        let Some(cell) = record.cell else { return };
-        let cell = &self.cells[cell as usize];
-        cell.samples.fetch_add(1, Relaxed);
-        if finds {
-            // Up to 2^24 times the usual, so that sums have room for millions of samples.
-            let share = (f64::from(radiance / record.density) * self.units).min((1_u64 << 40) as f64);
-            cell.sums[record.square as usize].fetch_add(share as u64, Relaxed);
         }
     }
 
-    /// Draws conclusions from a wave of samples.
-    pub fn end_wave(&mut self) {
-        if !self.learns() {
-            return;
-        }
-        self.waves += 1;
-        for slot in &mut self.slots {
-            let slot = slot.get_mut();
-            if *slot == SEEN {
-                *slot = self.cells.len() as u32 + 2;
-                self.cells.push(Cell { sums: std::array::from_fn(|_| AtomicU64::new(0)), samples: AtomicU32::new(0) });
-                self.warps.push(Warp::UNIFORM);
+    /// Draws conclusions from all that was learned.
+    pub fn refine(&mut self) {
+        self.warps.truncate(1);
+        let mut levels: Vec<HashMap<u32, Cell>> = vec![self.cells.clone()];
+        for level in 1..LEVELS {
+            let mut coarse: HashMap<u32, Cell> = HashMap::new();
+            // In order, for sums of floating point depend on it.
+            for (key, cell) in sorted(&levels[level - 1]) {
+                let sum = coarse.entry(self.parent(level, key)).or_default();
+                sum.lessons = sum.lessons.saturating_add(cell.lessons);
+                sum.sums.iter_mut().zip(&cell.sums).for_each(|(sum, s)| *sum += s);
             }
+            levels.push(coarse);
         }
-        if self.units == 0.0 {
-            let found = *self.found.get_mut();
-            if found > 0 {
-                self.units = (16.0 - *self.exponents.get_mut() as f64 / f64::from(found)).round().exponential2();
+        // From the coarsest grid down: what is known of a cell, or of the cell around it.
+        let mut known: HashMap<u32, Known> = HashMap::new();
+        for level in (0..LEVELS).rev() {
+            let mut here = HashMap::new();
+            for (key, cell) in sorted(&levels[level]) {
+                let around = if level + 1 < LEVELS { known.get(&self.parent(level + 1, key)).cloned() } else { None };
+                let around = around.unwrap_or(Known { warp: 0, shares: [1.0 / SQUARES as f32; SQUARES] });
+                here.insert(key, cell.refined(around, &mut self.warps));
             }
-            return;
+            known = here;
         }
-        for (cell, warp) in self.cells.iter_mut().zip(&mut self.warps) {
-            if let Some(learned) = cell.warp() {
-                *warp = learned;
-            }
+        self.slots.fill(0);
+        for (key, Known { warp, .. }) in known {
+            self.slots[key as usize] = warp;
         }
+    }
+
+    /// The cell of the grid `level` that holds the cell `key` of the next finer one.
+    fn parent(&self, level: usize, key: u32) -> u32 {
+        let [_, ny, nz] = self.sizes[level - 1];
+        let (cell, face) = (key as usize / 6, key as usize % 6);
+        number(self.sizes[level], [cell / nz / ny, cell / nz % ny, cell % nz].map(|i| i / 2), face) as u32
     }
 }
 
+/// What is known of the light at a cell.
+#[derive(Clone)]
+struct Known {
+    warp: u16,
+    /// Of each square, in what should come from there.
+    shares: [f32; SQUARES],
+}
+
 impl Cell {
-    /// What directions are drawn from, if enough is known.
-    fn warp(&mut self) -> Option<Warp> {
-        let samples = *self.samples.get_mut();
-        let sums = self.sums.each_mut().map(|s| *s.get_mut() as f32);
-        let total: f32 = sums.iter().sum();
-        if samples < LEAST_SAMPLES || total <= 0.0 {
-            return None;
+    /// What is known of it, where `around` is known of the cell around it; new warps are added to `warps`.
+    fn refined(&self, around: Known, warps: &mut Vec<Warp>) -> Known {
+        let (own, total) = (&self.sums, self.sums.iter().sum::<f32>());
+        if self.lessons < LEAST_LESSONS || total <= 0.0 || !total.is_finite() || warps.len() > usize::from(u16::MAX) {
+            return around;
         }
-        let mixing = MIXING_PROBABILITY * samples as f32 / (samples as f32 + PRIOR_WEIGHT);
-        Some(Warp::new(&sums.map(|s| 1.0 - mixing + mixing * SQUARES as f32 * s / total)))
+        let weight = self.lessons as f32 / (self.lessons as f32 + PRIOR_WEIGHT);
+        let shares: [f32; SQUARES] = std::array::from_fn(|i| weight * own[i] / total + (1.0 - weight) * around.shares[i]);
+        warps.push(Warp::new(&shares.map(|s| 1.0 - MIXING_PROBABILITY + MIXING_PROBABILITY * SQUARES as f32 * s)));
+        Known { warp: (warps.len() - 1) as u16, shares }
     }
+}
+
+/// The entries of `cells` by their numbers.
+fn sorted(cells: &HashMap<u32, Cell>) -> Vec<(u32, &Cell)> {
+    let mut all: Vec<(u32, &Cell)> = cells.iter().map(|(key, cell)| (*key, cell)).collect();
+    all.sort_unstable_by_key(|(key, _)| *key);
+    all
+}
+
+/// The number of a cell of a grid of the given size, for a kind of surfaces.
+#[inline]
+fn number([_, ny, nz]: [usize; 3], [x, y, z]: [usize; 3], face: usize) -> usize {
+    ((x * ny + y) * nz + z) * 6 + face
+}
+
+/// Share of the directions of `vertex` that are worth being drawn by what was learned.
+#[inline]
+fn share(vertex: &Vertex) -> f32 {
+    let (material, wo) = (vertex.material, vertex.wo);
+    if material.is_matt() {
+        return 1.0;
+    }
+    let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
+    let share = SHARE / (1.0 + material.pdf(&vertex.shading, wo, mirrored) / HALVED_AT);
+    if share >= LEAST_SHARE { share } else { 0.0 }
 }
 
 /// Axes of the square in the shading plane.
@@ -238,137 +260,59 @@ impl ShadingSquare {
     }
 }
 
-impl GuidedHemisphere<'_> {
+impl<'a> GuidedHemisphere<'a> {
+    /// Whether directions are drawn by what was learned: some of them, or all.
+    #[inline]
+    pub fn guides(&self) -> bool {
+        self.share > 0.0
+    }
+
+    /// Share of the directions that are: the others are the material's.
+    #[inline]
+    pub fn share(&self) -> f32 {
+        self.share
+    }
+
     /// Draws a direction.
     #[inline]
     pub fn sample(&self, u: Vec2) -> Guided {
-        let WarpSample { point, density, square } = self.warp.sample(u);
+        let WarpSample { point, density, .. } = self.warp.sample(u);
         let up = cosine_hemisphere(point);
         let plane = self.x * up.x + self.y * up.y;
-        Guided { wi: plane.extend(up.z * self.side), density, square }
+        Guided { wi: plane.extend(up.z * self.side), density }
     }
 
-    /// The density of the direction `wi` over that of Lambert's law.
+    /// The density of the direction `wi` over that of Lambert's law; `wi` is on this side.
     #[inline]
     pub fn density(&self, wi: Vec3) -> f32 {
-        if self.cell.is_none() {
-            return 1.0;
-        }
-        let plane = wi.truncate();
-        self.warp.density(concentric_square(Vec2::new(plane.dot(self.x), plane.dot(self.y))))
+        self.warp.density(self.on_square(wi))
     }
 
-    /// What is to be learned from a path that goes on in the direction `guided` with the weight `throughput`.
+    /// The density (1/sr) with which directions of `vertex`, over which this is, are drawn by the guide and the material together.
     #[inline]
-    pub fn record(&self, guided: &Guided, throughput: f32) -> TrainingRecord {
-        TrainingRecord { cell: self.cell, square: guided.square as u32, density: guided.density, throughput, before: None }
+    pub fn pdf(&self, vertex: &Vertex, wi: Vec3) -> f32 {
+        let learned = if wi.z * self.side > 0.0 { self.share * self.density(wi) * wi.z.abs() * FRAC_1_PI } else { 0.0 };
+        if self.share == 1.0 {
+            return learned;
+        }
+        learned + (1.0 - self.share) * vertex.material.pdf(&vertex.shading, vertex.wo, wi)
+    }
+
+    /// Where the direction `wi` lies on the square.
+    #[inline]
+    fn on_square(&self, wi: Vec3) -> Vec2 {
+        let plane = wi.truncate();
+        concentric_square(Vec2::new(plane.dot(self.x), plane.dot(self.y)))
+    }
+
+    /// What is to be learned from a path that goes on in the direction `wi`, which was drawn with the density `pdf` (1/sr); `None` if that is on the other
+    /// side. The light is still to be found.
+    pub fn lesson(&self, wi: Vec3, pdf: f32) -> Option<Lesson> {
+        let density = pdf / (wi.z.abs() * FRAC_1_PI);
+        let is_lesson = wi.z * self.side > 0.0 && density > 0.0 && density.is_finite();
+        is_lesson.then(|| Lesson { slot: self.slot, square: Warp::square(self.on_square(wi)) as u32, density, radiance: 0.0 })
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use bhs_core::sampling::{mix64, unit_f32};
-
-    fn number(i: u64) -> f32 {
-        unit_f32((mix64(i) >> 32) as u32)
-    }
-
-    pub(super) fn guide() -> Guide {
-        Guide::new(Aabb { min: DVec3::ZERO, max: DVec3::new(1.0, 2.0, 3.0) })
-    }
-
-    const POINT: DVec3 = DVec3::new(0.3, 0.4, 2.5);
-
-    /// Axes around a normal that is turned about it, and normals of all kinds.
-    fn axes(i: u64) -> [DVec3; 3] {
-        let n = DVec3::from_array([0, 1, 2].map(|k| f64::from(number(5 * i + k)) - 0.5)).normalize();
-        let (s, t) = n.any_orthonormal_pair();
-        let (sin, cos) = f64::from(number(5 * i + 4) * 6.0).sin_cos();
-        [s * cos + t * sin, t * cos - s * sin, n]
-    }
-
-    /// Much light from one side of the vertical, some from everywhere.
-    fn light(axes: &[DVec3; 3], wi: Vec3) -> f32 {
-        let world = axes[0] * f64::from(wi.x) + axes[1] * f64::from(wi.y) + axes[2] * f64::from(wi.z);
-        if world.x > 0.0 { 1e9 } else { 1e8 }
-    }
-
-    /// Waves of samples over a floor that looks up, drawn and learned by `threads` threads.
-    pub(super) fn trained(threads: u64, waves: u64) -> Guide {
-        let mut guide = guide();
-        let per_wave = 6000;
-        for wave in 0..waves {
-            let shared = &guide;
-            std::thread::scope(|scope| {
-                for thread in 0..threads {
-                    scope.spawn(move || {
-                        for i in (0..per_wave).filter(|i| i % threads == thread) {
-                            let i = wave * per_wave + i;
-                            let axes = [DVec3::Z, DVec3::X, DVec3::Y];
-                            let place = shared.place_at(POINT, axes, 1.0);
-                            let drawn = place.sample(Vec2::new(number(2 * i), number(2 * i + 1)));
-                            let mut record = place.record(&drawn, 0.5);
-                            record.before = Some(2.0);
-                            shared.learn(&record, 2.0 + 0.5 * light(&axes, drawn.wi));
-                        }
-                    });
-                }
-            });
-            guide.end_wave();
-        }
-        guide
-    }
-
-    #[test]
-    fn directions_have_the_density_that_is_said_whatever_the_axes() {
-        let warp = Warp::new(&std::array::from_fn(|i| 0.01 + number(i as u64)));
-        let guide = guide();
-        for i in 0..2000 {
-            let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-            let place = GuidedHemisphere { warp: &warp, cell: Some(0), ..guide.place_at(POINT, axes(i), side) };
-            let drawn = place.sample(Vec2::new(number(7 * i), number(7 * i + 1)));
-            assert!((drawn.wi.length() - 1.0).abs() < 1e-5 && drawn.wi.z * side >= 0.0);
-            // Beside the edge of a square, rounding may decide for the other one.
-            let near = [-1e-4, 1e-4].iter().any(|d| {
-                let moved = (drawn.wi + Vec3::new(*d, -*d, 0.0)).normalize();
-                place.density(moved) != place.density(drawn.wi)
-            });
-            assert!(near || place.density(drawn.wi) == drawn.density, "{i}");
-            // Other axes around the same normal.
-            let [s, t, n] = axes(i);
-            let turned = GuidedHemisphere { warp: &warp, cell: Some(0), ..guide.place_at(POINT, [t, -s, n], side) };
-            let wi = Vec3::new(drawn.wi.y, -drawn.wi.x, drawn.wi.z);
-            assert!(near || turned.density(wi) == drawn.density, "{i}");
-        }
-    }
-
-    #[test]
-    fn what_is_learned_is_the_light() {
-        let guide = trained(1, 4);
-        let axes = [DVec3::Z, DVec3::X, DVec3::Y];
-        let place = guide.place_at(POINT, axes, 1.0);
-        // Two waves have trained the third and last one: half of the hemisphere has ten times the light of the other half.
-        let samples = 12_000.0;
-        let mixing = MIXING_PROBABILITY * samples / (samples + PRIOR_WEIGHT);
-        let [bright, dim] = [1.0, 0.1].map(|light| 1.0 - mixing + mixing * light / 0.55);
-        for i in 0..500 {
-            let wi = cosine_hemisphere(Vec2::new(number(3 * i), number(3 * i + 1)));
-            let expected = if light(&axes, wi) == 1e9 { bright } else { dim };
-            let found = place.density(wi);
-            assert!((found / expected - 1.0).abs() < 0.35, "{wi}: {found} {expected}");
-        }
-        // Nothing is known of another place, nor of the other side.
-        for other in [guide.place_at(DVec3::ONE, axes, 1.0), guide.place_at(POINT, axes, -1.0)] {
-            assert_eq!(other.density(Vec3::new(0.0, 0.6, 0.8)), 1.0);
-        }
-    }
-
-    #[test]
-    fn threads_do_not_change_what_is_learned() {
-        let [one, many] = [1, 5].map(|threads| trained(threads, 4));
-        assert_eq!(one.units, many.units);
-        assert!(one.warps.len() == 1 && many.warps.len() == 1);
-        assert_eq!(format!("{:?}", one.warps), format!("{:?}", many.warps));
-    }
-}
+mod tests;

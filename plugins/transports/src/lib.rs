@@ -1,5 +1,6 @@
 //! Light transport. One file, one plugin.
 
+mod bounce;
 mod caustics;
 mod guide;
 mod hemisphere;
@@ -17,5 +18,5 @@ pub const ALL: &[Plugin<dyn LightTransport>] = &[hemisphere::PLUGIN, normals::PL
 
 #[cfg(test)]
 mod tests {
-    bhs_core::every_file_is_listed!([super::ALL], helpers: ["caustics", "guide", "path_state", "shadow_rays", "warp"]);
+    bhs_core::every_file_is_listed!([super::ALL], helpers: ["bounce", "caustics", "guide", "path_state", "shadow_rays", "warp"]);
 }

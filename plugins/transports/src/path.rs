@@ -11,10 +11,10 @@
 //! a probability in proportion to what it carries, and counts the more (Russian roulette). That changes no mean. Where geodesics themselves are
 //! dear, around a hole that spins, they are looked for likewise, by what those around the hole without spin would carry.
 //!
-//! With `guiding`, a render learns where light comes from while it goes on, and matt surfaces choose part of their directions by that
+//! With `guiding`, paths that belong to no pixel learn where light comes from, and rough surfaces choose part of their directions by that
 //! ([`Guide`]): where only light from elsewhere arrives, in shadows and on ceilings, noise falls most. No sample's mean depends on what
-//! was learned, for those that follow have numbers of their own. Weights then say little about what a path is worth, for they
-//! are small where much light is expected; roulette ends paths by what surfaces reflect.
+//! was learned. Weights then say little about what a path is worth, for they are small where much light is expected; roulette ends paths by what surfaces
+//! reflect. If nothing is said, the first of these paths decide whether it pays ([`Pilots`]).
 //!
 //! `clampindirect` limits what one path may bring of light that two or more rough surfaces have scattered, as renderers for films do: less noise, and
 //! a picture that is too dark where such light is rare and strong (caustics). What is seen in mirrors and through glass, and light straight from a
@@ -27,7 +27,7 @@
 //! | `maxdepth` | integer | 5 | bounces | longest path |
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
 //! | `lightsampling` | bool | true | | whether lights are sampled too (next-event estimation), or directions by the material alone |
-//! | `guiding` | bool | false | | whether directions follow what was learned of the light |
+//! | `guiding` | bool | true | | whether directions follow what was learned of the light; where it is not said, if the first paths show that it pays |
 //! | `caustics` | bool | true | | whether light that comes over mirrors and through glass is looked for from the lights too ([`Caustics`]); where it is not said, if lights are sampled and there may be any |
 //! | `clampindirect` | float | 0 | W m^-2 sr^-1 nm^-1 | most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased) |
 //!
@@ -36,14 +36,16 @@
 //! WorldBegin
 //! ```
 
-use crate::caustics::{Caustics, Departure};
+use crate::bounce::Bounce;
+use crate::caustics::Caustics;
+use crate::guide::pilot::{Lessons, Pilots};
 use crate::guide::{Guide, GuidedHemisphere};
-use crate::path_state::{Chosen, State, clamped};
+use crate::path_state::{State, clamped};
 use crate::shadow_rays::{BatchConnections, LightSampleAt, PendingShadowRays};
 use arrayvec::ArrayVec;
 use bhs_core::Plugin;
 use bhs_core::params::Params;
-use bhs_core::ray::{Arrival, Ray, RayEnd};
+use bhs_core::ray::{Ray, RayEnd};
 use bhs_core::spectrum::SampledSpectrum;
 use bhs_engine::connections::Connections;
 use bhs_engine::light_sampling::LightSample;
@@ -61,15 +63,16 @@ struct Path {
     max_depth: u32,
     roulette_depth: u32,
     light_sampling: bool,
-    guiding: bool,
+    /// Whether directions follow what was learned of the light; `None`: where that pays.
+    wants_guiding: Option<bool>,
     /// Whether light that comes over specular surfaces is looked for from the lights; `None`: where there may be any.
     wants_caustics: Option<bool>,
     /// Most that one contribution of indirect light may be, in the mean over its wavelengths.
     most_indirect: f32,
     /// Photons, in a render that has caustics.
     caustics: Option<Caustics>,
-    /// What a render with guiding has learned; `None` outside of one.
-    guide: Option<Guide>,
+    /// What a render learns of its light.
+    pilots: Option<Pilots>,
 }
 
 fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
@@ -82,7 +85,13 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         "",
         "whether lights are sampled too (next-event estimation), or directions by the material alone",
     );
-    let guiding = p.get("guiding", false, "", "whether directions follow what was learned of the light");
+    let guiding = p.get(
+        "guiding",
+        true,
+        "",
+        "whether directions follow what was learned of the light; where it is not said, if the first paths show that it pays",
+    );
+    let wants_guiding = p.is_given("guiding").then_some(guiding);
     let most_indirect = p.get_in(
         "clampindirect",
         0.0,
@@ -102,57 +111,45 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         max_depth,
         roulette_depth,
         light_sampling,
-        guiding,
+        wants_guiding,
         wants_caustics,
         most_indirect,
         caustics: None,
-        guide: None,
+        pilots: None,
     }))
 }
 
 impl LightTransport for Path {
     fn follow(&self, scene: &Scene, path: &mut PathSample, log: &mut PathLog) {
-        self.follow_batch(scene, std::slice::from_mut(path), log);
+        self.follow_all(scene, std::slice::from_mut(path), log);
     }
 
     fn follow_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
+        let how = How { scene, guide: self.pilots.as_ref().and_then(Pilots::guide), caustics: self.caustics.as_ref() };
         for paths in paths.chunks_mut(BATCH) {
-            self.follow_batch(scene, paths, log);
+            self.follow_batch(&how, paths, log, None);
         }
     }
 
     fn for_render(&self, setting: &RenderSetting) -> Option<Box<dyn LightTransport>> {
-        let guide = self.guiding.then(|| Guide::new(setting.scene.world.bounds));
+        let may_guide = self.wants_guiding.unwrap_or(self.light_sampling);
+        let pilots = if may_guide { Pilots::new(setting, self.wants_guiding == Some(true)) } else { None };
         let wants_caustics = self.wants_caustics.unwrap_or(self.light_sampling);
         let caustics = if wants_caustics { Caustics::new(setting, self.max_depth) } else { None };
-        (guide.is_some() || caustics.is_some()).then(|| Box::new(Self { guide, caustics, ..*self }) as _)
+        (pilots.is_some() || caustics.is_some()).then(|| Box::new(Self { pilots, caustics, ..*self }) as _)
     }
 
     fn begin_wave(&mut self, setting: &RenderSetting, samples: Range<u32>) {
         if let Some(caustics) = &mut self.caustics {
-            caustics.begin_wave(setting, samples);
+            caustics.begin_wave(setting, samples.clone());
         }
-    }
-
-    fn learns(&self) -> bool {
-        self.guiding
-    }
-
-    fn end_wave(&mut self) {
-        if let Some(guide) = &mut self.guide {
-            guide.end_wave();
-        }
-    }
-
-    fn save(&self) -> Vec<u8> {
-        self.guide.as_ref().map_or_else(Vec::new, Guide::save)
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> Result<(), String> {
-        match &mut self.guide {
-            Some(guide) => guide.restore(saved),
-            None if saved.is_empty() => Ok(()),
-            None => Err("`guiding` is off, and a guide was saved".to_owned()),
+        if let Some(mut pilots) = self.pilots.take() {
+            // Without photons, which are those of one wave: what is learned must not depend on where a render begins.
+            pilots.prepare(setting, samples.start, &|guide, paths, log, lessons| {
+                let how = How { scene: setting.scene, guide: Some(guide), caustics: None };
+                self.follow_batch(&how, paths, log, Some(lessons));
+            });
+            self.pilots = Some(pilots);
         }
     }
 
@@ -161,10 +158,17 @@ impl LightTransport for Path {
     }
 }
 
+/// What paths are followed with.
+struct How<'a> {
+    scene: &'a Scene,
+    guide: Option<&'a Guide>,
+    caustics: Option<&'a Caustics>,
+}
+
 impl Path {
-    /// Follows up to [`BATCH`] paths to their ends.
-    fn follow_batch(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
-        let (guide, caustics) = (self.guide.as_ref(), self.caustics.as_ref());
+    /// Follows up to [`BATCH`] paths to their ends; what they teach is added to `lessons`, if somebody learns.
+    fn follow_batch(&self, how: &How, paths: &mut [PathSample], log: &mut PathLog, mut lessons: Option<&mut Lessons>) {
+        let How { scene, guide, caustics } = *how;
         let samples_lights = self.light_sampling && scene.light_sampler.can_sample();
         let connections = scene.integrator.connections().filter(|_| samples_lights);
         let mut states: ArrayVec<State, BATCH> = paths.iter().map(|path| State::new(path, self.most_indirect)).collect();
@@ -190,11 +194,12 @@ impl Path {
                     paths[*i].behind = Some(Behind { ray: *ray, end: *end, share: throughput.mean() });
                 }
                 log.note(|| PathEvent::Traced { ray: *ray, end: *end, throughput: *throughput, lambda_nm: lambda.lambda_nm });
-                let at = Bounce { scene, connections, caustics, path: &mut paths[*i], state: &mut states[*i] };
+                let lessons = lessons.as_deref_mut().map(|lessons| (lessons, *i));
+                let at = Bounce { scene, connections, caustics, path: &mut paths[*i], state: &mut states[*i], lessons };
                 if let Some(vertex) = at.arrive(end, depth == 0, log)
                     && depth < self.max_depth
                 {
-                    let place = guide.filter(|_| vertex.material.is_matt()).map(|g| g.place(&vertex));
+                    let place = guide.filter(|_| !vertex.material.is_specular()).map(|g| g.place(&vertex));
                     met.push(Met { index: *i, vertex, place });
                 }
             }
@@ -214,8 +219,10 @@ impl Path {
             }
             underway.clear();
             for Met { index, vertex, place } in &met {
-                let at = Bounce { scene, connections, caustics, path: &mut paths[*index], state: &mut states[*index] };
-                if at.scatter(vertex, guide.zip(place.as_ref()), depth >= self.roulette_depth, log) {
+                let lessons = lessons.as_deref_mut().map(|lessons| (lessons, *index));
+                let (path, state) = (&mut paths[*index], &mut states[*index]);
+                let at = Bounce { scene, connections, caustics, path, state, lessons };
+                if at.scatter(vertex, place.as_ref(), depth >= self.roulette_depth, log) {
                     underway.push(*index);
                 }
             }
@@ -224,11 +231,6 @@ impl Path {
             }
             if underway.is_empty() {
                 break;
-            }
-        }
-        if let Some(guide) = guide {
-            for (state, path) in states.iter().zip(paths) {
-                state.records.iter().for_each(|record| guide.learn(record, path.radiance.mean()));
             }
         }
     }
@@ -275,119 +277,4 @@ struct Met<'a> {
     vertex: Vertex<'a>,
     /// What was learned about the light there.
     place: Option<GuidedHemisphere<'a>>,
-}
-
-/// A path at the end of a ray.
-struct Bounce<'a, 'p, 's> {
-    scene: &'s Scene,
-    connections: Option<&'a dyn Connections>,
-    caustics: Option<&'a Caustics>,
-    path: &'a mut PathSample<'p>,
-    state: &'a mut State,
-}
-
-impl<'s> Bounce<'_, '_, 's> {
-    /// What the ray that ended at `end` has found; the vertex there, if it is one. `of_camera`: whether it is the camera's own ray.
-    #[inline(always)]
-    fn arrive(self, end: &RayEnd, of_camera: bool, log: &mut PathLog) -> Option<Vertex<'s>> {
-        let Self { scene, connections, caustics, path, state } = self;
-        if let Some(record) = state.records.last_mut().filter(|r| r.before.is_none()) {
-            record.before = Some(path.radiance.mean());
-        }
-        let hit = match end.arrival {
-            Arrival::Surface(hit) => hit,
-            Arrival::Sky(direction, side) => {
-                let sky = match (connections, &state.chosen) {
-                    (Some(c), Some(chosen)) => chosen.sky(scene, c, state, (direction, side), end.swept),
-                    (_, None) if let (Some(caustics), Some(departure)) = (caustics, state.departure) => {
-                        state.sky_of_caustic(scene, caustics, departure, (direction, side))
-                    }
-                    _ => scene.sky((direction, side), &state.lambda, of_camera),
-                };
-                let found = clamped(state.throughput * sky, state.most(state.scattered));
-                log.note(|| PathEvent::Found(found));
-                path.radiance += found;
-                return None;
-            }
-            Arrival::Captured | Arrival::OutOfSteps => return None,
-        };
-        let Some(mut vertex) = scene.vertex(hit, &state.lambda) else {
-            log.counters.no_static_observer += 1;
-            return None;
-        };
-        scene.date(&mut vertex, &state.ray, &mut state.travelled);
-        if let Some(patch) = path.patch.filter(|_| of_camera) {
-            patch.fit(scene, &mut vertex);
-        }
-        if vertex.emitter.is_some() {
-            let weight = match (connections, &state.chosen) {
-                (Some(c), Some(chosen)) => chosen.weight(scene, c, &state.ray, &vertex, end.swept),
-                _ => state.weight_of_caustic(scene, caustics, &vertex),
-            };
-            let found = clamped(state.throughput * vertex.emitted() * weight, state.most(state.scattered));
-            log.note(|| PathEvent::Found(found));
-            path.radiance += found;
-        }
-        Some(vertex)
-    }
-
-    /// The path's next direction from `vertex`: by what was learned, if anything, else by the material. Whether it goes on.
-    fn scatter(self, vertex: &Vertex, guided: Option<(&Guide, &GuidedHemisphere)>, roulette: bool, log: &mut PathLog) -> bool {
-        let Self { scene, caustics, path, state, .. } = self;
-        let stream = &mut path.stream;
-        let (choice, u) = (stream.next_1d(), stream.next_2d());
-        let sample = match guided {
-            Some((guide, place)) => state.guide(place, guide.learns(), vertex, u),
-            None => vertex.material.sample(&vertex.shading, vertex.wo, choice, u),
-        };
-        let Some(sample) = sample else {
-            log.note(|| PathEvent::Ended("the surface gives it no direction"));
-            return false;
-        };
-        state.throughput *= sample.weight;
-        if sample.drops_wavelengths {
-            state.lambda.drop_secondary(&mut state.throughput);
-        }
-        let direction = vertex.chart_direction(sample.wi);
-        log.note(|| PathEvent::Scattered { direction, weight: sample.weight, pdf: sample.pdf, specular: sample.specular });
-        if state.throughput.is_zero() || !vertex.is_consistent(sample.wi) {
-            log.note(|| PathEvent::Ended("nothing is left of it"));
-            return false;
-        }
-        if let Some(shift) = vertex.shift(direction) {
-            state.lambda = state.lambda.shifted(shift);
-            state.throughput *= scene.radiance_factor(shift);
-        }
-        if state.scattered > 0 || !vertex.shows_others() {
-            state.scattered += 1;
-        }
-        let footprint = if sample.specular { state.ray.footprint } else { scene.footprints.rough };
-        state.ray = vertex.spawn(&scene.world, sample.wi, footprint);
-        if caustics.is_some() {
-            state.departure = match sample.specular {
-                true => state.departure.map(|d| d.further(sample.drops_wavelengths)),
-                // By the material, whatever has chosen: photons know no guide.
-                false => {
-                    let by_material = || vertex.material.pdf(&vertex.shading, vertex.wo, sample.wi);
-                    Some(Departure::new(vertex, direction, guided.map_or(sample.pdf, |_| by_material())))
-                }
-            };
-        }
-        state.chosen = (!sample.specular).then(|| Chosen {
-            from: scene.world.place_of(&vertex.hit),
-            pdf: sample.pdf,
-            solid_angle_factor: vertex.observer.solid_angle_factor(state.ray.direction),
-        });
-
-        // ---- Russian roulette
-        if roulette {
-            let survive = (state.throughput.max() * state.guided).min(0.95);
-            if stream.next_1d() >= survive {
-                log.note(|| PathEvent::Ended("roulette"));
-                return false;
-            }
-            state.throughput *= 1.0 / survive;
-        }
-        true
-    }
 }

@@ -1,21 +1,16 @@
 //! A path under way: what `path` knows of it between one bounce and the next.
 
 use crate::caustics::{Caustics, Departure};
-use crate::guide::{GuidedHemisphere, TrainingRecord};
-use arrayvec::ArrayVec;
+use crate::guide::GuidedHemisphere;
 use bhs_core::material::BsdfSample;
 use bhs_core::ray::Ray;
-use bhs_core::sampling::balance_heuristic;
+use bhs_core::sampling::{ONE_MINUS_EPSILON, balance_heuristic};
 use bhs_core::spacetime::{self, Side};
 use bhs_core::spectrum::{SampledSpectrum, SampledWavelengths};
 use bhs_engine::connections::Connections;
 use bhs_engine::scene::{Scene, Travelled, Vertex};
 use bhs_engine::transport::PathSample;
 use glam::{DVec3, Vec2};
-use std::f32::consts::FRAC_1_PI;
-
-/// First bounces of each path that a guide learns from.
-const MOST_RECORDS: usize = 3;
 
 /// How the ray under way was chosen: what a light that it finds is weighted against.
 pub struct Chosen {
@@ -74,15 +69,13 @@ pub struct State {
     pub scattered: u32,
     /// What its light has come along: see [`Scene::date`].
     pub travelled: Travelled,
-    /// What a guide learns from it.
-    pub records: ArrayVec<TrainingRecord, MOST_RECORDS>,
 }
 
 impl State {
     /// A path that begins; of indirect light it takes no more than `most_indirect` at a time.
     pub fn new(path: &PathSample, most_indirect: f32) -> Self {
         let throughput = SampledSpectrum::ONE;
-        let (ray, lambda, records) = (path.ray, path.lambda, ArrayVec::new());
+        let (ray, lambda) = (path.ray, path.lambda);
         Self {
             ray,
             throughput,
@@ -93,25 +86,31 @@ impl State {
             most_indirect,
             scattered: 0,
             travelled: Travelled::default(),
-            records,
         }
     }
 
-    /// A direction of a matt surface by what was learned at `place`.
-    pub fn guide(&mut self, place: &GuidedHemisphere, trains: bool, vertex: &Vertex, u: Vec2) -> Option<BsdfSample> {
+    /// A direction of `vertex` by what was learned at `place`, or, as often as that says, by the material; `choice` and `u`: as for
+    /// [`bhs_core::material::Material::sample`].
+    pub fn guide(&mut self, place: &GuidedHemisphere, vertex: &Vertex, choice: f32, u: Vec2) -> Option<BsdfSample> {
+        let (material, shading, share) = (vertex.material, &vertex.shading, place.share());
+        if choice >= share {
+            let choice = ((choice - share) / (1.0 - share)).min(ONE_MINUS_EPSILON);
+            let sample = material.sample(shading, vertex.wo, choice, u)?;
+            if sample.specular {
+                return Some(BsdfSample { weight: sample.weight * (1.0 / (1.0 - share)), ..sample });
+            }
+            let pdf = place.pdf(vertex, sample.wi);
+            return (pdf > 0.0).then(|| BsdfSample { weight: sample.weight * (sample.pdf / pdf), pdf, ..sample });
+        }
         let drawn = place.sample(u);
         let wi = drawn.wi;
-        let pdf = drawn.density * wi.z.abs() * FRAC_1_PI;
+        let pdf = place.pdf(vertex, wi);
         // At grazing angles one of the two cosines can be zero.
         if pdf <= 0.0 || wi.z * vertex.wo.z <= 0.0 {
             return None;
         }
-        let weight = vertex.material.evaluate(&vertex.shading, vertex.wo, wi) / pdf;
-        self.guided *= drawn.density.max(1.0);
-        if trains {
-            // Where there is no room, enough is learned from this path.
-            let _ = self.records.try_push(place.record(&drawn, (self.throughput * weight).mean()));
-        }
+        let weight = material.evaluate(shading, vertex.wo, wi) / pdf;
+        self.guided *= if share == 1.0 { drawn.density.max(1.0) } else { (pdf / material.pdf(shading, vertex.wo, wi)).max(1.0) };
         Some(BsdfSample { wi, weight, pdf, specular: false, drops_wavelengths: false, eta: 1.0 })
     }
 

@@ -14,7 +14,6 @@ use bhs_engine::scene::{Scene, Vertex};
 use bhs_engine::stats::PathLog;
 use bhs_engine::transport::{BATCH, PathSample};
 use glam::DVec3;
-use std::f32::consts::FRAC_1_PI;
 
 /// Geodesics to lights that may come together at one bounce of a batch of paths.
 const MOST: usize = BATCH * 2 * MOST_TURNS;
@@ -378,8 +377,8 @@ impl LightSampleAt<'_> {
         }
         let against = match &self.place {
             _ if arriving.is_point => 0.0,
-            Some(place) => place.density(wi) * (wi.z.abs() * FRAC_1_PI),
-            None => vertex.material.pdf(&vertex.shading, vertex.wo, wi),
+            Some(place) if place.guides() => place.pdf(vertex, wi),
+            _ => vertex.material.pdf(&vertex.shading, vertex.wo, wi),
         };
         let per_density = 1.0 / (density + f64::from(against));
         let (carried, factor) = (scattered * arriving.emitted, per_density as f32);

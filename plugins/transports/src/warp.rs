@@ -29,8 +29,6 @@ pub struct WarpSample {
     pub point: Vec2,
     /// Its density.
     pub density: f32,
-    /// The square that it lies in.
-    pub square: usize,
 }
 
 /// The interval of sums that `u` in [0,1) falls into: its number, its start and its width.
@@ -74,29 +72,6 @@ impl Warp {
         Self { rows, columns: std::array::from_fn(|i| summed(row(i))) }
     }
 
-    /// The sums that it is made of, to be saved.
-    pub fn sums(&self) -> impl Iterator<Item = f32> {
-        self.rows.into_iter().chain(self.columns.into_iter().flatten())
-    }
-
-    /// The distribution of the given sums; `None` if they are those of no distribution.
-    pub fn from_sums(mut next: impl FnMut() -> Option<f32>) -> Option<Self> {
-        let mut sums = || -> Option<[f32; SIDE]> {
-            let mut sums = [0.0; SIDE];
-            for sum in &mut sums {
-                *sum = next()?;
-            }
-            // Each interval has a width, so that densities are positive and finite.
-            let rises = sums[0] > 0.0 && sums.is_sorted_by(|a, b| a < b) && sums[SIDE - 1] == 1.0;
-            rises.then_some(sums)
-        };
-        let mut warp = Self { rows: sums()?, ..Self::UNIFORM };
-        for column in &mut warp.columns {
-            *column = sums()?;
-        }
-        Some(warp)
-    }
-
     /// Turns a uniform point into one of this distribution; neighbours remain neighbours.
     #[inline]
     pub fn sample(&self, u: Vec2) -> WarpSample {
@@ -105,7 +80,14 @@ impl Warp {
         let within = Vec2::new((u.x - x) / width, (u.y - y) / height);
         let point = (Vec2::new(i as f32, j as f32) + within) / SIDE as f32;
         let density = SQUARES as f32 * width * height;
-        WarpSample { point: point.min(Vec2::splat(ONE_MINUS_EPSILON)), density, square: i * SIDE + j }
+        WarpSample { point: point.min(Vec2::splat(ONE_MINUS_EPSILON)), density }
+    }
+
+    /// The square that `point` lies in.
+    #[inline]
+    pub fn square(point: Vec2) -> usize {
+        let [i, j] = [point.x, point.y].map(|v| ((v * SIDE as f32) as usize).min(SIDE - 1));
+        i * SIDE + j
     }
 
     /// The density at `point`.
@@ -152,7 +134,7 @@ mod tests {
         for i in 0..n {
             let s = warp.sample(Vec2::new(number(2 * i + 1000), number(2 * i + 1001)));
             assert!(s.point.cmpge(Vec2::ZERO).all() && s.point.cmplt(Vec2::ONE).all(), "{s:?}");
-            counts[s.square] += 1;
+            counts[Warp::square(s.point)] += 1;
         }
         // Chi square over the squares where enough is expected, the others together.
         let (mut chi, mut cells, mut rest) = (0.0, 0, (0.0, 0.0));
@@ -179,7 +161,7 @@ mod tests {
         let last = Vec2::splat(ONE_MINUS_EPSILON);
         for warp in [Warp::UNIFORM, Warp::new(&weights())] {
             let s = warp.sample(last);
-            assert!(s.point.cmplt(Vec2::ONE).all() && s.square == SQUARES - 1 && s.density > 0.0, "{s:?}");
+            assert!(s.point.cmplt(Vec2::ONE).all() && Warp::square(s.point) == SQUARES - 1 && s.density > 0.0, "{s:?}");
             assert!(warp.density(s.point) == s.density);
         }
     }
