@@ -68,7 +68,7 @@ fn a_lamp_emits_pi_l_over_its_local_area() {
         for i in 0..n {
             // A point uniform by chart area, a direction uniform by chart solid angle; their measures turned into local ones.
             let u = Vec2::new(random(i, 0) as f32, random(i, 1) as f32);
-            let point = scene.sample_light(random(i, 2) as f32, u).expect("a lamp");
+            let point = scene.sample_light(None, random(i, 2) as f32, u).expect("a lamp");
             let bhs_engine::light_sampling::LightSource::Surface { emitter, normal, uv, .. } = point.source else {
                 panic!("no lamp")
             };
@@ -113,7 +113,7 @@ fn over_room(g: impl Fn(f64) -> f64 + Copy) -> (f64, f64) {
 /// frame. Walls shine inwards, to the side of the camera's half of space; a ball outwards.
 fn leave(scene: &Scene, i: u64) -> (f64, bhs_core::ray::Ray) {
     let u = Vec2::new(random(i, 0) as f32, random(i, 1) as f32);
-    let point = scene.sample_light(random(i, 2) as f32, u).expect("a lamp");
+    let point = scene.sample_light(None, random(i, 2) as f32, u).expect("a lamp");
     let bhs_engine::light_sampling::LightSource::Surface { emitter, normal, .. } = point.source else { panic!("no lamp") };
     let is_wall =
         matches!(scene.world.geometries[scene.light_sampler.emitters[emitter as usize].geometry as usize], Geometry::Mesh(_));

@@ -67,6 +67,7 @@ mod signals;
 mod sky_lights;
 mod sources;
 mod spacetimes;
+mod sphere_lights;
 mod standard_error;
 mod stars;
 mod textures;

@@ -62,7 +62,7 @@ fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     let scene = &built.scene;
     let connections = scene.integrator.connections().expect("the integrator connects");
     let light = (0..).find_map(|i| {
-        let sample = scene.sample_light(random(i, 0) as f32, Vec2::ZERO)?;
+        let sample = scene.sample_light(None, random(i, 0) as f32, Vec2::ZERO)?;
         matches!(sample.source, bhs_engine::light_sampling::LightSource::Point { .. }).then_some(sample)
     });
     let light = light.expect("a point light");

@@ -137,7 +137,7 @@ fn forwards(built: &BuiltScene, direction: DVec3, rays: u64) -> Vec<f64> {
 fn backwards(built: &BuiltScene, points: u64) -> Vec<f64> {
     let scene = &built.scene;
     let connections = scene.integrator.connections().expect("the integrator connects");
-    let light = scene.sample_light(0.5, Vec2::splat(0.5)).expect("a light");
+    let light = scene.sample_light(None, 0.5, Vec2::splat(0.5)).expect("a light");
     let lambda = SampledWavelengths::visible(0.5, 360.0, 830.0);
     let Class::Spherical(hole) = scene.world.spacetime().class() else { panic!("a hole") };
     received(built, points, |x, normal, observer| {

@@ -236,6 +236,39 @@ fn among_extremal_holes() {
     check("two extremal holes", &bent_room(connected, two, ""), 3, [1, 4, 4]);
 }
 
+/// Spheres that shine, where light is straight: all but touching the floor, stretched, seen from inside through a veil, far from what they light, and over a
+/// floor that moves.
+#[test]
+fn under_spheres_that_shine() {
+    let lights = r#"
+        AttributeBegin
+            AreaLightSource "diffuse" "rgb L" [4 2 1]
+            Translate -0.6 0.2005 0.3
+            Shape "sphere" "float radius" 0.2
+        AttributeEnd
+        AttributeBegin
+            AreaLightSource "diffuse" "rgb L" [1 2 4] "bool twosided" true
+            Translate -0.4 1.1 0.2  Rotate 30 1 0.5 0  Scale 0.3 0.05 0.15
+            Shape "sphere"
+        AttributeEnd
+        AttributeBegin
+            Material "interface" "float transmits" 0.6
+            AreaLightSource "diffuse" "rgb L" [0.5 1 0.5] "bool twosided" true
+            Translate 0.35 0.4 -0.2
+            Shape "sphere" "float radius" 0.35
+        AttributeEnd
+        AttributeBegin
+            Translate 0.35 0.25 -0.2
+            Shape "sphere" "float radius" 0.15
+        AttributeEnd
+        AttributeBegin
+            Translate 0 0.01 0.5  Rotate -90 1 0 0
+            Shape "disk" "float radius" 0.9 "string motion" "rotating" "float omega" 0.6
+        AttributeEnd
+    "#;
+    check("spheres", &bent_room("", "", lights), 4, [8, 24, 32]);
+}
+
 /// Lights whose radiance varies over their surface, flat and of triangles, one of them a veil in front of the other; in flat space and around a hole.
 #[test]
 fn with_textured_lights_behind_a_veil() {

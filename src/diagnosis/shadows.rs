@@ -122,6 +122,7 @@ impl Survey {
     /// Draws points of lights for a vertex; `None` if one of them lights it.
     fn look_for_lights(&mut self, built: &BuiltScene, vertex: &Vertex, lambda: &SampledWavelengths, number: u32) -> Option<()> {
         let scene = &built.scene;
+        let receiver = scene.world.place_of(&vertex.hit);
         for k in 0..SAMPLES {
             let at = f64::from(number * SAMPLES + k);
             let [choice, u, v] = [0.819_172_51, 0.671_043_6, 0.549_700_48].map(|step| (0.5 + at * step).fract() as f32);
@@ -132,7 +133,7 @@ impl Survey {
                 let other = (light.source.number(emitters) as usize).checked_sub(emitters);
                 !self.misses_points || other.is_none_or(|other| !is_sizeless(&*scene.light_sampler.lights[other]))
             };
-            if let Some(light) = scene.sample_light(choice, u).filter(is_found) {
+            if let Some(light) = scene.sample_light(Some(receiver), choice, u).filter(is_found) {
                 for (connection, is_guess) in connections(built, vertex, &light) {
                     let number = light.source.number(emitters);
                     let obstacles = obstacles(built, vertex, (&light, &connection, is_guess), lambda);

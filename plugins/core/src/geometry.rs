@@ -178,6 +178,14 @@ pub trait Analytic: Send + Sync {
     fn sample(&self, u: Vec2) -> AreaSample;
     /// The density with which [`Analytic::sample`] draws `point`, with respect to chart area.
     fn pdf(&self, point: DVec3) -> f64;
+    /// Draws a point of it that may be seen from `place` along a straight line: of a surface that hides part of itself it may leave out what is hidden.
+    fn sample_from(&self, _place: DVec3, u: Vec2) -> AreaSample {
+        self.sample(u)
+    }
+    /// The density with which [`Analytic::sample_from`] draws `point`, with respect to chart area; 0 of what it leaves out.
+    fn pdf_from(&self, _place: DVec3, point: DVec3) -> f64 {
+        self.pdf(point)
+    }
     /// Leaves out what lies nearer to its centre than `inner` (chart, scene units), if it is a disk of which the scene does not say where it
     /// begins. `false` if nothing would be left of it.
     fn open(&mut self, _inner: f64) -> bool {

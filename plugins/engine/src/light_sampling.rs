@@ -173,16 +173,23 @@ impl LightSampler {
         self.choice.total() > 0.0
     }
 
-    /// Draws a point of a light: the light by power, the point by chart area. `None` if there is no light to sample, or no static observer at
-    /// the point.
-    pub fn sample(&self, world: &World, choice: f32, u: Vec2) -> Option<LightSample> {
+    /// Draws a point of a light: the light by power, the point by chart area, or among those that may be seen from `receiver` where that is known and light
+    /// does not bend. `None` if there is no light to sample, or no static observer at the point.
+    pub fn sample(&self, world: &World, receiver: Option<Place>, choice: f32, u: Vec2) -> Option<LightSample> {
         let (index, rest) = self.choice.sample(choice)?;
-        self.sample_of(world, (index, self.choice.probability(index)), rest, u)
+        self.sample_of(world, receiver, (index, self.choice.probability(index)), rest, u)
     }
 
     /// The same of the light `index` of [`LightSampler::choice`], which has been chosen with the probability `chosen`; `rest` is one number in [0,1)
     /// more.
-    pub fn sample_of(&self, world: &World, (index, chosen): (usize, f64), rest: f32, u: Vec2) -> Option<LightSample> {
+    pub fn sample_of(
+        &self,
+        world: &World,
+        receiver: Option<Place>,
+        (index, chosen): (usize, f64),
+        rest: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
         let (source, point, pdf) = match self.emitters.get(index) {
             None => {
                 let index = index - self.emitters.len();
@@ -204,7 +211,10 @@ impl LightSampler {
             Some(emitter) => {
                 let (primitive, point, pdf, s) = match &world.geometries[emitter.geometry as usize] {
                     Geometry::Analytic(surface) => {
-                        let s = surface.sample(u);
+                        let s = match seen_from(world, receiver, emitter.geometry) {
+                            Some(place) => surface.sample_from(place, u),
+                            None => surface.sample(u),
+                        };
                         (0, s.point, chosen * s.pdf, (s.normal, s.uv))
                     }
                     mesh => {
@@ -227,12 +237,15 @@ impl LightSampler {
         Some(LightSample { source, point: point.x, side: point.side, pdf, observer })
     }
 
-    /// The density with which [`LightSampler::sample`] draws the point of `hit`, which lies on emitter number `emitter`, with respect to chart
-    /// area.
-    pub fn pdf(&self, world: &World, emitter: u32, hit: &SurfaceHit) -> f64 {
+    /// The density with which [`LightSampler::sample`] draws the point of `hit` for the same `receiver`, with respect to chart area; the point lies on
+    /// emitter number `emitter`.
+    pub fn pdf(&self, world: &World, receiver: Option<Place>, emitter: u32, hit: &SurfaceHit) -> f64 {
         let Emitter { geometry, triangles, .. } = &self.emitters[emitter as usize];
         let within = match &world.geometries[*geometry as usize] {
-            Geometry::Analytic(surface) => surface.pdf(hit.point),
+            Geometry::Analytic(surface) => match seen_from(world, receiver, *geometry) {
+                Some(place) => surface.pdf_from(place, hit.point),
+                None => surface.pdf(hit.point),
+            },
             _ => 1.0 / triangles.total(),
         };
         self.choice.probability(emitter as usize) * within
@@ -316,4 +329,10 @@ impl LightSampler {
             }
         }
     }
+}
+
+/// Where `geometry` is seen from along straight lines, if it is: bent light comes from the far side of a surface too.
+#[inline]
+fn seen_from(world: &World, receiver: Option<Place>, geometry: u32) -> Option<DVec3> {
+    receiver.filter(|place| !world.bends() && place.side == world.side_of(geometry)).map(|place| place.x)
 }

@@ -386,13 +386,13 @@ impl Scene {
     }
 
     /// Draws a point of a light: see [`LightSampler::sample`].
-    pub fn sample_light(&self, choice: f32, u: Vec2) -> Option<LightSample> {
-        self.light_sampler.sample(&self.world, choice, u)
+    pub fn sample_light(&self, receiver: Option<Place>, choice: f32, u: Vec2) -> Option<LightSample> {
+        self.light_sampler.sample(&self.world, receiver, choice, u)
     }
 
-    /// The density with which [`Scene::sample_light`] draws the surface point of `vertex`, with respect to chart area.
-    pub fn light_pdf(&self, vertex: &Vertex) -> f64 {
+    /// The density with which [`Scene::sample_light`] draws the surface point of `vertex` for the same `receiver`, with respect to chart area.
+    pub fn light_pdf(&self, receiver: Option<Place>, vertex: &Vertex) -> f64 {
         let emitter = self.shapes[vertex.hit.geometry as usize].emitter;
-        emitter.map_or(0.0, |emitter| self.light_sampler.pdf(&self.world, emitter, &vertex.hit))
+        emitter.map_or(0.0, |emitter| self.light_sampler.pdf(&self.world, receiver, emitter, &vertex.hit))
     }
 }

@@ -1,11 +1,12 @@
-//! Shapes: what there is to be seen. One file, one plugin; `ply*.rs`, `obj.rs`, `mtl.rs`, `obj_lines.rs`, `stl.rs`, `mesh.rs`, `polygon.rs`, `patch.rs`, `affine.rs` and `ellipsoid.rs` are
-//! helpers.
+//! Shapes: what there is to be seen. One file, one plugin; `ply*.rs`, `obj.rs`, `mtl.rs`, `obj_lines.rs`, `stl.rs`, `mesh.rs`, `polygon.rs`, `patch.rs`, `affine.rs`, `cone.rs` and
+//! `ellipsoid.rs` are helpers.
 
 use bhs_core::geometry::Shape;
 use bhs_core::plugin::Plugin;
 
 mod affine;
 mod bilinearmesh;
+mod cone;
 mod curve;
 mod cylinder;
 mod disk;
@@ -46,4 +47,4 @@ pub const ALL: &[Plugin<dyn Shape>] = &[
 ];
 
 #[cfg(test)]
-bhs_core::every_file_is_listed!([ALL], helpers: ["affine", "ellipsoid", "file_kind", "mesh", "mtl", "obj", "obj_lines", "patch", "ply", "ply_body", "ply_header", "ply_input", "polygon", "stl"]);
+bhs_core::every_file_is_listed!([ALL], helpers: ["affine", "cone", "ellipsoid", "file_kind", "mesh", "mtl", "obj", "obj_lines", "patch", "ply", "ply_body", "ply_header", "ply_input", "polygon", "stl"]);

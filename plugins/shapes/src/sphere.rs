@@ -17,6 +17,7 @@
 //! Shape "sphere" "float radius" 0.5
 //! ```
 
+use crate::cone::Cone;
 use crate::ellipsoid::{cofactors, part_area, whole_area};
 use bhs_core::diagnostics::Diagnostic;
 use bhs_core::geometry::{Aabb, Analytic, AreaSample, Segment, Shape, SurfaceGeometry, WorldGeometry};
@@ -130,7 +131,24 @@ impl Sphere {
 
     /// Density by area of the image of a uniform point of the unit sphere, at `p` of it.
     fn density(&self, p: DVec3) -> f64 {
-        1.0 / (self.part.solid_angle() * (self.outward * p).length())
+        1.0 / (self.part.solid_angle() * self.stretch(p))
+    }
+
+    /// By how much the map stretches areas at `p` of the unit sphere.
+    fn stretch(&self, p: DVec3) -> f64 {
+        (self.outward * p).length()
+    }
+
+    /// The cone in which the unit sphere is seen from where the map takes `place` from; `None` if that sees all of it, and of a part, most of which may be
+    /// out of sight. The map keeps straight lines and what they meet first: of an ellipsoid too the cone has just what is seen.
+    fn cone(&self, place: DVec3) -> Option<Cone> {
+        self.part.is_whole().then(|| Cone::new(self.unit_from_world * (place - self.center)))?
+    }
+
+    /// The sample whose point is the image of `p`, drawn with the density `pdf`.
+    fn area_sample(&self, p: DVec3, pdf: f64) -> AreaSample {
+        let SurfaceGeometry { normal, uv, .. } = self.surface_at(p);
+        AreaSample { point: self.center + self.world_from_unit * p, normal, uv, pdf }
     }
 }
 
@@ -208,12 +226,22 @@ impl Analytic for Sphere {
         let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
         let (sin, cos) = (self.part.phi_max * u.y).sine_cosine();
         let p = DVec3::new(r * cos, r * sin, z);
-        let SurfaceGeometry { normal, uv, .. } = self.surface_at(p);
-        AreaSample { point: self.center + self.world_from_unit * p, normal, uv, pdf: self.density(p) }
+        self.area_sample(p, self.density(p))
     }
 
     fn pdf(&self, point: DVec3) -> f64 {
         self.density(self.unit(point))
+    }
+
+    fn sample_from(&self, place: DVec3, u: Vec2) -> AreaSample {
+        let Some(cone) = self.cone(place) else { return self.sample(u) };
+        let (p, density) = cone.sample(u.as_dvec2());
+        self.area_sample(p, density / self.stretch(p))
+    }
+
+    fn pdf_from(&self, place: DVec3, point: DVec3) -> f64 {
+        let p = self.unit(point);
+        self.cone(place).map_or_else(|| self.density(p), |cone| cone.density(p) / self.stretch(p))
     }
 
     fn thickness(&self) -> f64 {

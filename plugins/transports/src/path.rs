@@ -248,7 +248,8 @@ impl Path {
         for met in met.iter().filter(|m| !m.vertex.material.is_specular()) {
             let stream = &mut paths[met.index].stream;
             let (choice, u) = (stream.next_1d(), stream.next_2d());
-            if let Some(light) = scene.sample_light(choice, u) {
+            let receiver = scene.world.place_of(&met.vertex.hit);
+            if let Some(light) = scene.sample_light(Some(receiver), choice, u) {
                 drawn.push((met, light));
             }
         }

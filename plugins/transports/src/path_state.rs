@@ -27,8 +27,13 @@ impl Chosen {
     pub fn weight(&self, scene: &Scene, connections: &dyn Connections, ray: &Ray, vertex: &Vertex, swept: f64) -> f32 {
         let to = scene.world.place_of(&vertex.hit);
         let Some(spread) = connections.spread(&scene.world, self.from, ray.direction, to, swept) else { return 1.0 };
+        let density = scene.light_pdf(Some(self.from), vertex);
+        // Not drawn by light sampling: at grazing incidence the spread per area may be infinite, and the product no number.
+        if density <= 0.0 {
+            return 1.0;
+        }
         let per_area = spread / vertex.hit.direction.dot(vertex.normal).abs();
-        balance_heuristic(self.pdf, (scene.light_pdf(vertex) * per_area / self.solid_angle_factor) as f32)
+        balance_heuristic(self.pdf, (density * per_area / self.solid_angle_factor) as f32)
     }
 
     /// The light of the sky that the ray of `state` has found in the direction `sky.0` on the side `sky.1` after sweeping `swept`, weighted likewise.

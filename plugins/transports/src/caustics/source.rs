@@ -106,7 +106,9 @@ impl PhotonSource {
     pub fn emit(&self, scene: &Scene, stream: &mut SampleStream) -> Option<Emitted> {
         let (index, rest) = self.choice.sample(stream.next_1d())?;
         let u = stream.next_2d();
-        let point = scene.light_sampler.sample_of(&scene.world, (index, self.choice.probability(index)), rest, u);
+        // Nothing is known of where it will arrive.
+        let chosen = (index, self.choice.probability(index));
+        let point = scene.light_sampler.sample_of(&scene.world, None, chosen, rest, u);
         let by_aim = stream.next_1d();
         let aimed = self.aims[index].sample(by_aim, stream.next_2d());
         let (even, first) = (stream.next_2d(), stream.next_1d());
@@ -235,7 +237,7 @@ impl PhotonSource {
             return 0.0;
         }
         let (observer, looked) = (&vertex.observer, vertex.hit.direction);
-        let per_area = scene.light_pdf(vertex) / by_power * self.choice.probability(light);
+        let per_area = scene.light_pdf(None, vertex) / by_power * self.choice.probability(light);
         let across = across(observer, vertex.normal, looked);
         let normal = observer.local_normal(vertex.normal);
         per_area * self.direction_density(light, -observer.local_direction(looked), Some(normal)) / across
