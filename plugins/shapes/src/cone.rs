@@ -1,15 +1,15 @@
 //! Points of the unit sphere that an eye outside of it sees, even in the cone of directions in which it sees them.
 //!
-//! Shirley, Wang and Zimmerman 1996, Monte Carlo techniques for direct lighting calculations, section 3.2; Pharr, Jakob and Humphreys 2023,
-//! Physically Based Rendering, section 6.2.4. With the distance d of the eye from the middle, the half angle of the cone has the sine 1/d. All is
+//! Shirley, Wang and Zimmerman 1996, Monte Carlo techniques for direct lighting calculations; Pharr, Jakob and Humphreys 2023, Physically Based
+//! Rendering, section 6.2.4; docs/physics.md, section 10. With the distance d of the eye from the middle, the half angle of the cone has the sine 1/d. All is
 //! written in `h = 1 - cos(half angle) = d^-2/(1 + sqrt(1 - d^-2))`, in which nothing cancels, so that a sphere far away needs no series.
 
 use bhs_elementary::Elementary;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Least distance of the eye from the sphere (radii). Nearer ones see hardly more than one point of it, which rounding moves.
-const LEAST_GAP: f64 = 1e-6;
+/// Least distance of the eye from the sphere (radii), known to seven digits then. Nearer ones see hardly more than one point of it, which rounding moves.
+const LEAST_GAP: f64 = 1e-9;
 
 /// The cone in which an eye sees the unit sphere around 0.
 pub(crate) struct Cone {

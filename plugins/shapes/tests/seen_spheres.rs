@@ -64,6 +64,7 @@ fn directions_fill_the_cone_evenly() {
 fn what_is_drawn_is_what_a_ray_meets_first() {
     let slanted = DMat3::from_cols(DVec3::new(1.0, 0.3, 0.0), DVec3::new(0.0, 2.0, -0.4), DVec3::new(0.6, 0.0, 0.5));
     for (matrix, distance) in [
+        (DMat3::IDENTITY, 1.0 + 1e-6),
         (DMat3::IDENTITY, 1.0001),
         (DMat3::IDENTITY, 1.2),
         (DMat3::IDENTITY, 40.0),
@@ -153,7 +154,7 @@ fn far_away_it_is_a_disk() {
 #[test]
 fn who_sees_all_of_it_gets_all_of_it() {
     let s = round(0.8);
-    for eye in [CENTER, CENTER + aside() * 0.5, CENTER + aside() * 0.8, CENTER + aside() * 0.8 * (1.0 + 1e-7)] {
+    for eye in [CENTER, CENTER + aside() * 0.5, CENTER + aside() * 0.8, CENTER + aside() * 0.8 * (1.0 + 1e-10)] {
         for u in grid(8) {
             assert_eq!(s.sample_from(eye, u), s.sample(u));
             let point = s.sample(u).point;
@@ -174,7 +175,7 @@ fn nothing_is_without_a_number() {
     let corners = [0.0, 0.5, 1.0 - 1.0 / 16_777_216.0].map(|x| x as f32);
     for radius in [1e-30, 1e-6, 1.0, 1e6, 1e30] {
         let s = round(radius);
-        for gap in [-1.0, -1e-9, 0.0, 1e-15, 1e-9, 9e-7, 1.1e-6, 1e-4, 1.0, 1e8, 1e20, 1e140] {
+        for gap in [-1.0, -1e-9, 0.0, 1e-15, 0.9e-9, 1.1e-9, 1e-6, 1e-4, 1.0, 1e8, 1e20, 1e140] {
             let eye = CENTER + aside() * (radius * (1.0 + gap));
             for u in corners.into_iter().flat_map(|x| corners.map(|y| Vec2::new(x, y))) {
                 let sample = s.sample_from(eye, u);

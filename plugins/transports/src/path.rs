@@ -4,7 +4,8 @@
 //! also a point of a light is drawn, and shadow rays are traced along all geodesics that the integrator finds to it: in flat space one, around a
 //! hole the direct one and the one that goes round the other side (and more, if the integrator is asked for them). Both techniques
 //! are weighted by multiple importance sampling (balance heuristic; Veach and Guibas 1995). A point drawn with density p per
-//! chart area is one drawn with density `p spread / |cos theta_y|` per chart solid angle, whatever way the light travels in between.
+//! chart area is one drawn with density `p spread / |cos theta_y|` per chart solid angle, whatever way the light travels in between. Where it goes straight, a
+//! sphere is drawn by the cone of directions in which it is seen (Shirley, Wang and Zimmerman 1996), any other light by area.
 //!
 //! Shadow rays cost most, and the light that went round the hole is mostly faint, as is much of what later bounces find: where a geodesic
 //! carries less than a share `FAINT` of what all to the same point carry, or of what the path has found already, its shadow ray is traced with
