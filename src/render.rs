@@ -1,6 +1,6 @@
 //! The render loop: waves of samples over tiles, in parallel, the same bytes for any number of threads.
 //!
-//! A sample depends on nothing but (seed, pixel, index), and for transports that learn on its wave; sums are exact, so that they do not depend on
+//! A sample depends on nothing but (seed, pixel, index) and on what a transport makes for its wave; sums are exact, so that they do not depend on
 //! the order of samples, and parts of a picture add up to the whole. An interruption ends a wave between samples: the picture so far is
 //! whole, if noisier in places, and a render that is resumed goes on there.
 
