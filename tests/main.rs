@@ -37,6 +37,7 @@ mod format;
 mod frames;
 mod fuzz;
 mod guides;
+mod guiding;
 mod header;
 mod instances;
 mod layers;

@@ -150,7 +150,8 @@ impl<'a> RenderState<'a> {
 
     /// Renders on the current rayon pool until `limits` are reached or a signal stops it.
     pub fn run(&self, limits: &Limits, progress: &Progress, signals: &Signals) -> Ended {
-        let deadline = limits.time.and_then(|time| Instant::now().checked_add(time));
+        let mut until = limits.time.and_then(|time| Instant::now().checked_add(time));
+        let mut is_prepared = false;
         let stopped = || Ended::Stopped(signals.stopped_by().unwrap_or(StopSignal::Interrupt));
         let mut pace = Pace::default();
         loop {
@@ -162,7 +163,7 @@ impl<'a> RenderState<'a> {
                 return stopped();
             }
             // What has to be done is done whatever the time.
-            let deadline = deadline.filter(|_| done >= limits.least);
+            let deadline = until.filter(|_| done >= limits.least);
             let end = self.shared().wave.samples().end.min(limits.most);
             let end = match deadline {
                 None if done < limits.least && limits.time.is_some() => end.min(limits.least),
@@ -172,9 +173,16 @@ impl<'a> RenderState<'a> {
                     samples => end.min(done.saturating_add(samples)),
                 },
             };
-            let began = Instant::now();
+            let mut began = Instant::now();
             if !self.begin_wave(limits, progress, signals) {
                 return Ended::Complete;
+            }
+            let mut deadline = deadline;
+            if !std::mem::replace(&mut is_prepared, true) {
+                // What a resumed render has to find out once more takes nothing of its time, or it might come to no sample for ever.
+                let later = |d: Instant| d.checked_add(began.elapsed());
+                (until, deadline) = (until.and_then(later), deadline.and_then(later));
+                began = Instant::now();
             }
             if signals.stop() {
                 return stopped();
