@@ -279,9 +279,9 @@ fn changed(mut parts: Sections, data: &[u8]) -> Sections {
     parts
 }
 
-/// The first of the given sections, and those that `data` describes: for each the number of its kind, its length in two bytes, its content.
+/// The first of the given sections, and those that `data` describes, one kind of which there is not: for each the number of its kind, its length in two bytes, its content.
 fn sections(parts: &[(SectionKind, Vec<u8>)], mut data: &[u8]) -> Sections {
-    let kinds = [*b"HEAD", *b"STAT", *b"LEAR", *b"TILE", *b"END "];
+    let kinds = [*b"HEAD", *b"STAT", *b"NONE", *b"TILE", *b"END "];
     let mut all: Vec<_> = parts.iter().take(1).cloned().collect();
     while let Some(([kind, low, high], rest)) = data.split_first_chunk::<3>() {
         let length = usize::from(u16::from_le_bytes([*low, *high])).min(rest.len());

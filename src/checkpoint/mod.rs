@@ -6,7 +6,6 @@
 //! |---|---|
 //! | `HEAD` | JSON: what the render is of ([`Identity`]) |
 //! | `STAT` | JSON: waves that have ended, seconds of rendering, counts |
-//! | `LEAR` | what the light transport has learned ([`LightTransport::save`](bhs_engine::transport::LightTransport::save)) |
 //! | `TILE` | any number, in any order: the number of the tile (4 bytes), its progress and its exact sums ([`Tile::to_bytes`]); tiles without samples are left out |
 //! | `END ` | the number of the tiles before (4 bytes) |
 //!

@@ -21,7 +21,7 @@ use bhs_core::geometry::Aabb;
 use bhs_core::sampling::{concentric_square, cosine_hemisphere};
 use bhs_engine::scene::Vertex;
 use glam::{DVec3, Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::f32::consts::FRAC_1_PI;
 
 /// Cells along the longest side of the scene, of the finest grid.
@@ -164,9 +164,9 @@ impl Guide {
             levels.push(coarse);
         }
         // From the coarsest grid down: what is known of a cell, or of the cell around it.
-        let mut known: HashMap<u32, Known> = HashMap::new();
+        let mut known: BTreeMap<u32, Known> = BTreeMap::new();
         for level in (0..LEVELS).rev() {
-            let mut here = HashMap::new();
+            let mut here = BTreeMap::new();
             for (key, cell) in sorted(&levels[level]) {
                 let around = if level + 1 < LEVELS { known.get(&self.parent(level + 1, key)).cloned() } else { None };
                 let around = around.unwrap_or(Known { warp: 0, shares: [1.0 / SQUARES as f32; SQUARES] });
