@@ -29,11 +29,11 @@ const CELLS: f64 = 32.0;
 /// Grids: of each, cells are twice as long as of the one before.
 const LEVELS: usize = 4;
 /// Lessons that a cell has at least, to be taken by itself.
-const LEAST_LESSONS: u32 = 512;
+const LEAST_LESSONS: u32 = 256;
 /// Weight of what the cell around it has learned as a prior, in lessons: what few of them say of one square is mostly noise.
 const PRIOR_WEIGHT: f32 = 1024.0;
 /// Mixing probability: share of the directions that follow what was learned; the others follow Lambert's law.
-const MIXING_PROBABILITY: f32 = 0.85;
+const MIXING_PROBABILITY: f32 = 0.7;
 /// The same share of a surface that is not matt, if its directions are as even as a matt one's.
 const SHARE: f32 = 0.5;
 /// Density of the mirrored direction (1/sr) at which that is halved: such a surface knows better itself where its light comes from.

@@ -15,7 +15,7 @@
 //! With `guiding`, paths that belong to no pixel learn where light comes from, and rough surfaces choose part of their directions by that
 //! ([`Guide`]): where only light from elsewhere arrives, in shadows and on ceilings, noise falls most. No sample's mean depends on what
 //! was learned. Weights then say little about what a path is worth, for they are small where much light is expected; roulette ends paths by what surfaces
-//! reflect. If nothing is said, the first of these paths decide whether it pays ([`Pilots`]).
+//! reflect.
 //!
 //! `clampindirect` limits what one path may bring of light that two or more rough surfaces have scattered, as renderers for films do: less noise, and
 //! a picture that is too dark where such light is rare and strong (caustics). What is seen in mirrors and through glass, and light straight from a
@@ -28,7 +28,7 @@
 //! | `maxdepth` | integer | 5 | bounces | longest path |
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
 //! | `lightsampling` | bool | true | | whether lights are sampled too (next-event estimation), or directions by the material alone |
-//! | `guiding` | bool | true | | whether directions follow what was learned of the light; where it is not said, if the first paths show that it pays |
+//! | `guiding` | bool | false | | whether directions follow what was learned of the light |
 //! | `caustics` | bool | true | | whether light that comes over mirrors and through glass is looked for from the lights too ([`Caustics`]); where it is not said, if lights are sampled and there may be any |
 //! | `clampindirect` | float | 0 | W m^-2 sr^-1 nm^-1 | most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased) |
 //!
@@ -64,8 +64,7 @@ struct Path {
     max_depth: u32,
     roulette_depth: u32,
     light_sampling: bool,
-    /// Whether directions follow what was learned of the light; `None`: where that pays.
-    wants_guiding: Option<bool>,
+    guiding: bool,
     /// Whether light that comes over specular surfaces is looked for from the lights; `None`: where there may be any.
     wants_caustics: Option<bool>,
     /// Most that one contribution of indirect light may be, in the mean over its wavelengths.
@@ -86,13 +85,7 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         "",
         "whether lights are sampled too (next-event estimation), or directions by the material alone",
     );
-    let guiding = p.get(
-        "guiding",
-        true,
-        "",
-        "whether directions follow what was learned of the light; where it is not said, if the first paths show that it pays",
-    );
-    let wants_guiding = p.is_given("guiding").then_some(guiding);
+    let guiding = p.get("guiding", false, "", "whether directions follow what was learned of the light");
     let most_indirect = p.get_in(
         "clampindirect",
         0.0,
@@ -112,7 +105,7 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         max_depth,
         roulette_depth,
         light_sampling,
-        wants_guiding,
+        guiding,
         wants_caustics,
         most_indirect,
         caustics: None,
@@ -126,15 +119,14 @@ impl LightTransport for Path {
     }
 
     fn follow_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
-        let how = How { scene, guide: self.pilots.as_ref().and_then(Pilots::guide), caustics: self.caustics.as_ref() };
+        let how = How { scene, guide: self.pilots.as_ref().map(Pilots::guide), caustics: self.caustics.as_ref() };
         for paths in paths.chunks_mut(BATCH) {
             self.follow_batch(&how, paths, log, None);
         }
     }
 
     fn for_render(&self, setting: &RenderSetting) -> Option<Box<dyn LightTransport>> {
-        let may_guide = self.wants_guiding.unwrap_or(self.light_sampling);
-        let pilots = if may_guide { Pilots::new(setting, self.wants_guiding == Some(true)) } else { None };
+        let pilots = self.guiding.then(|| Pilots::new(setting));
         let wants_caustics = self.wants_caustics.unwrap_or(self.light_sampling);
         let caustics = if wants_caustics { Caustics::new(setting, self.max_depth) } else { None };
         (pilots.is_some() || caustics.is_some()).then(|| Box::new(Self { pilots, caustics, ..*self }) as _)
