@@ -56,9 +56,16 @@ const OPTIONS: &str = r#"
 #[test]
 fn all_samples_together_are_the_picture() {
     let hole = "BlackHole \"schwarzschild\" \"point3 center\" [0 1.6 1.5] \"float rs\" 0.2";
-    for (hole, transport) in [("", "path"), (hole, "path"), (hole, "hemisphere"), ("", "normals")] {
+    let guided = OPTIONS.replace("\"integer maxdepth\" 7", "\"integer maxdepth\" 7 \"bool guiding\" true");
+    for (options, hole, transport) in [
+        (OPTIONS, "", "path"),
+        (OPTIONS, hole, "path"),
+        (OPTIONS, hole, "hemisphere"),
+        (OPTIONS, "", "normals"),
+        (&guided, "", "path"),
+    ] {
         let overrides = Overrides { transport: Some(transport.into()), ..Default::default() };
-        let built = common::build_with(&format!("{OPTIONS}{hole}{ROOM}"), &overrides);
+        let built = common::build_with(&format!("{options}{hole}{ROOM}"), &overrides);
         let picture = common::render(&built).frame.picture();
         let mut replay = Replay::new(Job::of(&built));
         let pixels = || (0..17).flat_map(|x| (0..19).map(move |y| (x, y)));

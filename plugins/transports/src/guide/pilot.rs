@@ -80,10 +80,9 @@ impl Pilots {
     /// Learns what is to be known before the sample number `sample`.
     pub fn prepare(&mut self, setting: &RenderSetting, sample: u32, follow: &Follow<'_>) {
         while let Some(paths) = self.next_stage(sample) {
-            if (setting.is_stopped)() {
+            if !self.train(setting, paths, follow) {
                 return;
             }
-            self.train(setting, paths, follow);
         }
     }
 
@@ -94,19 +93,27 @@ impl Pilots {
         (sample >= *from).then_some(paths.clamp(*PATHS_OF_STAGE.start(), *PATHS_OF_STAGE.end()))
     }
 
-    fn train(&mut self, setting: &RenderSetting, paths: u64, follow: &Follow<'_>) {
+    /// Goes through the next stage, of so many paths; false, and it is still the next one, if the render is to end meanwhile.
+    fn train(&mut self, setting: &RenderSetting, paths: u64, follow: &Follow<'_>) -> bool {
         let (guide, stage) = (&self.guide, self.stage);
         let batches = paths.div_ceil(BATCH as u64) as u32;
         let taught: Vec<Vec<Lesson>> = (0..batches).into_par_iter().map(|b| taught(setting, [stage, b], guide, follow)).collect();
+        if (setting.is_stopped)() {
+            return false;
+        }
         // In their order, for sums of floating point depend on it.
         taught.iter().for_each(|lessons| self.guide.learn(lessons));
         self.guide.refine();
         self.stage += 1;
+        true
     }
 }
 
-/// What batch number `batch` of the stage number `stage` teaches.
+/// What batch number `batch` of the stage number `stage` teaches; nothing if the render is to end.
 fn taught(setting: &RenderSetting, [stage, batch]: [u32; 2], guide: &Guide, follow: &Follow<'_>) -> Vec<Lesson> {
+    if (setting.is_stopped)() {
+        return Vec::new();
+    }
     let RenderSetting { sampler, lambda_range: [lo, hi], camera_ray, .. } = setting;
     let mut paths: Vec<PathSample> = (0..BATCH as u32)
         .map(|i| {
