@@ -75,6 +75,7 @@ impl<'a> Job<'a> {
             scene: self.scene,
             sampler: self.sampler,
             lambda_range,
+            resolution: [width, height],
             pixels: u64::from(width) * u64::from(height),
             camera_ray: Arc::new(move |film, lens| job.camera_ray(film.as_dvec2() * size, lens).0),
             is_stopped: Arc::new(|| false),

@@ -59,6 +59,8 @@ pub struct RenderSetting<'a> {
     pub sampler: &'a dyn Sampler,
     /// Least and greatest wavelength at E = 1 that the film sees, within a few percent (nm).
     pub lambda_range: [f32; 2],
+    /// Width and height of the whole picture (pixels).
+    pub resolution: [u32; 2],
     /// Pixels of the whole picture, whatever part of it is rendered; when a wave begins, those that take part in it.
     pub pixels: u64,
     /// The ray of the camera through a point of the whole picture and one of the lens, both in [0,1)^2.

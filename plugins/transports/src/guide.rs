@@ -15,6 +15,7 @@
 //! 2017, "Practical Path Guiding for Efficient Light-Transport Simulation".
 
 pub mod pilot;
+mod trial;
 
 use crate::warp::{SQUARES, Warp, WarpSample};
 use bhs_core::geometry::Aabb;

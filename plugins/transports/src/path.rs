@@ -14,7 +14,8 @@
 //!
 //! With `guiding`, paths that belong to no pixel learn where light comes from, and rough surfaces choose part of their directions by that
 //! ([`Guide`]): where only light from elsewhere arrives, in shadows and on ceilings, noise falls most. No sample's mean depends on what
-//! was learned. Weights then say little about what a path is worth, for they are small where much light is expected; roulette ends paths by what surfaces
+//! was learned. Where it is not said whether to guide, that is found out after 16 samples of each pixel: some blocks of pixels are rendered both ways, and
+//! what leaves less noise in as many rays goes on. Weights then say little about what a path is worth, for they are small where much light is expected; roulette ends paths by what surfaces
 //! reflect.
 //!
 //! `clampindirect` limits what one path may bring of light that two or more rough surfaces have scattered, as renderers for films do: less noise, and
@@ -28,7 +29,7 @@
 //! | `maxdepth` | integer | 5 | bounces | longest path |
 //! | `rrdepth` | integer | 3 | bounces | first bounce at which a path may end by roulette |
 //! | `lightsampling` | bool | true | | whether lights are sampled too (next-event estimation), or directions by the material alone |
-//! | `guiding` | bool | false | | whether directions follow what was learned of the light |
+//! | `guiding` | bool | true | | whether directions follow what was learned of the light; where it is not said, from sample 16 on if a trial shows that it pays |
 //! | `caustics` | bool | true | | whether light that comes over mirrors and through glass is looked for from the lights too ([`Caustics`]); where it is not said, if lights are sampled and there may be any |
 //! | `clampindirect` | float | 0 | W m^-2 sr^-1 nm^-1 | most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased) |
 //!
@@ -39,7 +40,7 @@
 
 use crate::bounce::Bounce;
 use crate::caustics::Caustics;
-use crate::guide::pilot::{Lessons, Pilots};
+use crate::guide::pilot::{Lessons, Pilots, TRIED_WAVE};
 use crate::guide::{Guide, GuidedHemisphere};
 use crate::path_state::{State, clamped};
 use crate::shadow_rays::{BatchConnections, LightSampleAt, PendingShadowRays};
@@ -64,7 +65,8 @@ struct Path {
     max_depth: u32,
     roulette_depth: u32,
     light_sampling: bool,
-    guiding: bool,
+    /// Whether directions follow what was learned; `None`: where that pays.
+    wants_guiding: Option<bool>,
     /// Whether light that comes over specular surfaces is looked for from the lights; `None`: where there may be any.
     wants_caustics: Option<bool>,
     /// Most that one contribution of indirect light may be, in the mean over its wavelengths.
@@ -85,7 +87,13 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         "",
         "whether lights are sampled too (next-event estimation), or directions by the material alone",
     );
-    let guiding = p.get("guiding", false, "", "whether directions follow what was learned of the light");
+    let guiding = p.get(
+        "guiding",
+        true,
+        "",
+        "whether directions follow what was learned of the light; where it is not said, from sample 16 on if a trial shows that it pays",
+    );
+    let wants_guiding = p.is_given("guiding").then_some(guiding);
     let most_indirect = p.get_in(
         "clampindirect",
         0.0,
@@ -105,7 +113,7 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         max_depth,
         roulette_depth,
         light_sampling,
-        guiding,
+        wants_guiding,
         wants_caustics,
         most_indirect,
         caustics: None,
@@ -119,30 +127,33 @@ impl LightTransport for Path {
     }
 
     fn follow_all(&self, scene: &Scene, paths: &mut [PathSample], log: &mut PathLog) {
-        let how = How { scene, guide: self.pilots.as_ref().map(Pilots::guide), caustics: self.caustics.as_ref() };
+        let how = How { scene, guide: self.pilots.as_ref().and_then(Pilots::guide), caustics: self.caustics.as_ref() };
         for paths in paths.chunks_mut(BATCH) {
             self.follow_batch(&how, paths, log, None);
         }
     }
 
     fn for_render(&self, setting: &RenderSetting) -> Option<Box<dyn LightTransport>> {
-        let pilots = self.guiding.then(|| Pilots::new(setting));
+        let pilots = if self.max_depth > 1 { Pilots::new(setting, self.wants_guiding) } else { None };
         let wants_caustics = self.wants_caustics.unwrap_or(self.light_sampling);
         let caustics = if wants_caustics { Caustics::new(setting, self.max_depth) } else { None };
         (pilots.is_some() || caustics.is_some()).then(|| Box::new(Self { pilots, caustics, ..*self }) as _)
     }
 
     fn begin_wave(&mut self, setting: &RenderSetting, samples: Range<u32>) {
-        if let Some(caustics) = &mut self.caustics {
-            caustics.begin_wave(setting, samples.clone());
-        }
         if let Some(mut pilots) = self.pilots.take() {
-            // Without photons, which are those of one wave: what is learned must not depend on where a render begins.
+            if let Some(caustics) = self.caustics.as_mut().filter(|_| pilots.tries(samples.start)) {
+                caustics.begin_wave(&pilots.setting(setting), TRIED_WAVE);
+            }
             pilots.prepare(setting, samples.start, &|guide, paths, log, lessons| {
-                let how = How { scene: setting.scene, guide: Some(guide), caustics: None };
-                self.follow_batch(&how, paths, log, Some(lessons));
+                // Nobody learns with photons: those of one wave would be taken for the light.
+                let caustics = self.caustics.as_ref().filter(|_| lessons.is_none());
+                self.follow_batch(&How { scene: setting.scene, guide, caustics }, paths, log, lessons);
             });
-            self.pilots = Some(pilots);
+            self.pilots = Some(pilots).filter(|pilots| pilots.may_guide());
+        }
+        if let Some(caustics) = &mut self.caustics {
+            caustics.begin_wave(setting, samples);
         }
     }
 

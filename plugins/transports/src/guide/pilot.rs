@@ -1,16 +1,26 @@
 //! Paths from which a guide learns. They are followed before a wave of samples, as the camera's paths are, but belong to
 //! no pixel: what is learned is a function of the seed and of the sample that comes next, whatever part of the picture is rendered.
 
-use super::{Guide, Lesson};
+use super::{Guide, Lesson, trial};
 use bhs_core::sampling::SampleStream;
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_engine::stats::PathLog;
 use bhs_engine::transport::{BATCH, PathSample, RenderSetting};
 use rayon::prelude::*;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 /// Stages: before which sample, and paths a pixel; the more samples there are to be, the more is worth being known.
 const STAGES: [(u32, f64); 6] = [(0, 0.33), (0, 0.33), (0, 0.33), (16, 1.0), (32, 2.0), (64, 4.0)];
+/// The sample before which it is found out whether guiding pays, if nobody has said whether to guide: pictures of fewer samples are not worth it. And the
+/// stages after which that is.
+const TRIED_BEFORE: u32 = 16;
+const STAGES_TRIED: u32 = 3;
+/// The wave whose photons are those of the trial.
+pub const TRIED_WAVE: Range<u32> = 8..16;
+/// Pixels of the smallest picture of which that is asked: what is learned takes about as many paths, however few they are.
+const LEAST_PIXELS: u64 = 1 << 14;
+/// By how much it has to pay.
+const LEAST_GAIN: f64 = 1.1;
 /// Paths of a stage.
 const PATHS_OF_STAGE: RangeInclusive<u64> = 8192..=1 << 18;
 /// The column of pixels that no picture has whose random numbers these are.
@@ -54,8 +64,8 @@ impl Lessons {
     }
 }
 
-/// How paths are followed: by a guide if there is one, and with lessons to be learned.
-pub type Follow<'f> = dyn Fn(&Guide, &mut [PathSample], &mut PathLog, &mut Lessons) + Sync + 'f;
+/// How paths are followed: by a guide if there is one, and with lessons to be learned if somebody learns.
+pub type Follow<'f> = dyn Fn(Option<&Guide>, &mut [PathSample], &mut PathLog, Option<&mut Lessons>) + Sync + 'f;
 
 /// A guide in training.
 pub struct Pilots {
@@ -64,22 +74,51 @@ pub struct Pilots {
     pixels: u64,
     /// Stages that are done.
     stage: u32,
+    /// Whether samples are to be guided: where that is not said, a trial decides before the sample number [`TRIED_BEFORE`].
+    is_wanted: Option<bool>,
 }
 
 impl Pilots {
-    /// Those of a render.
-    pub fn new(setting: &RenderSetting) -> Self {
-        Self { guide: Guide::new(setting.scene.world.bounds_of_both_sides()), pixels: setting.pixels, stage: 0 }
+    /// Those of a render, if it may be guided; `None` of `is_wanted`: where that pays.
+    pub fn new(setting: &RenderSetting, is_wanted: Option<bool>) -> Option<Self> {
+        let may_guide = is_wanted.unwrap_or(setting.pixels >= LEAST_PIXELS);
+        may_guide.then(|| Self {
+            guide: Guide::new(setting.scene.world.bounds_of_both_sides()),
+            pixels: setting.pixels,
+            stage: 0,
+            is_wanted,
+        })
     }
 
-    /// What was learned.
-    pub fn guide(&self) -> &Guide {
-        &self.guide
+    /// What was learned, if samples are to be guided.
+    pub fn guide(&self) -> Option<&Guide> {
+        (self.is_wanted == Some(true)).then_some(&self.guide)
+    }
+
+    /// Whether samples are guided, or may yet be.
+    pub fn may_guide(&self) -> bool {
+        self.is_wanted != Some(false)
+    }
+
+    /// `setting` with all pixels of the picture, whichever take part in a wave: what is learned does not depend on these.
+    pub fn setting<'a>(&self, setting: &RenderSetting<'a>) -> RenderSetting<'a> {
+        RenderSetting { pixels: self.pixels, ..setting.clone() }
+    }
+
+    /// Whether a trial is due before the sample number `sample`.
+    pub fn tries(&self, sample: u32) -> bool {
+        self.is_wanted.is_none() && sample >= TRIED_BEFORE
     }
 
     /// Learns what is to be known before the sample number `sample`.
     pub fn prepare(&mut self, setting: &RenderSetting, sample: u32, follow: &Follow<'_>) {
-        while let Some(paths) = self.next_stage(sample) {
+        loop {
+            if self.tries(sample) && self.stage == STAGES_TRIED {
+                let follow = |guide: Option<&Guide>, paths: &mut [PathSample], log: &mut PathLog| follow(guide, paths, log, None);
+                let Some(gain) = trial::gain(&self.setting(setting), &self.guide, &follow) else { return };
+                self.is_wanted = Some(gain > LEAST_GAIN);
+            }
+            let Some(paths) = self.next_stage(sample) else { return };
             if !self.train(setting, paths, follow) {
                 return;
             }
@@ -88,6 +127,9 @@ impl Pilots {
 
     /// Paths of the next stage, if it is due before the sample number `sample`.
     fn next_stage(&self, sample: u32) -> Option<u64> {
+        if self.is_wanted == Some(false) || (self.is_wanted.is_none() && !self.tries(sample)) {
+            return None;
+        }
         let (from, per_pixel) = STAGES.get(self.stage as usize)?;
         let paths = (self.pixels as f64 * per_pixel) as u64;
         (sample >= *from).then_some(paths.clamp(*PATHS_OF_STAGE.start(), *PATHS_OF_STAGE.end()))
@@ -124,6 +166,6 @@ fn taught(setting: &RenderSetting, [stage, batch]: [u32; 2], guide: &Guide, foll
         })
         .collect();
     let mut lessons = Lessons::default();
-    follow(guide, &mut paths, &mut PathLog::default(), &mut lessons);
+    follow(Some(guide), &mut paths, &mut PathLog::default(), Some(&mut lessons));
     lessons.finish(|path| paths[path].radiance.mean()).collect()
 }
