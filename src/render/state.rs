@@ -174,11 +174,13 @@ impl<'a> RenderState<'a> {
                 },
             };
             let mut began = Instant::now();
-            if !self.begin_wave(limits, progress, signals) {
+            let is_first = !std::mem::replace(&mut is_prepared, true);
+            let late = |deadline: Option<Instant>| deadline.is_some_and(|d| Instant::now() >= d);
+            if !self.begin_wave(limits, progress, || signals.stop() || (!is_first && late(deadline))) {
                 return Ended::Complete;
             }
             let mut deadline = deadline;
-            if !std::mem::replace(&mut is_prepared, true) {
+            if is_first {
                 // What a resumed render has to find out once more takes nothing of its time, or it might come to no sample for ever.
                 let later = |d: Instant| d.checked_add(began.elapsed());
                 (until, deadline) = (until.and_then(later), deadline.and_then(later));
@@ -188,7 +190,7 @@ impl<'a> RenderState<'a> {
                 return stopped();
             }
             progress.wave(done, limits.most);
-            let over = || signals.stop() || deadline.is_some_and(|d| Instant::now() >= d);
+            let over = || signals.stop() || late(deadline);
             let advance = |i| self.advance(i, end, progress, &over);
             let whole = (0..self.frame.tiles.len()).into_par_iter().with_max_len(1).map(advance).reduce(|| true, |a, b| a && b);
             if !whole {
@@ -204,8 +206,8 @@ impl<'a> RenderState<'a> {
     }
 
     /// Decides which pixels take part in the wave under way, and tells the transport's memory of it, once. False if none does: all have samples enough.
-    /// Where a signal stops the render meanwhile, the memory may not be ready for it.
-    fn begin_wave(&self, limits: &Limits, progress: &Progress, signals: &Signals) -> bool {
+    /// Where the render is `over` meanwhile, the memory may not be ready for it.
+    fn begin_wave(&self, limits: &Limits, progress: &Progress, over: impl Fn() -> bool + Send + Sync) -> bool {
         let mut shared = self.shared_alone();
         let samples = shared.wave.samples();
         // A tile that has come further took part in what was decided for this wave.
@@ -222,9 +224,9 @@ impl<'a> RenderState<'a> {
         {
             let setting = self.job.setting();
             let pixels = if self.job.noise.is_some() { self.frame.pixels_under_way() } else { setting.pixels };
-            memory.begin_wave(&RenderSetting { pixels, is_stopped: Arc::new(|| signals.stop()), ..setting }, samples);
+            memory.begin_wave(&RenderSetting { pixels, is_stopped: Arc::new(&over), ..setting }, samples);
             // It may have left off: then the wave begins anew whenever the render goes on.
-            shared.is_begun = !signals.stop();
+            shared.is_begun = !over();
         }
         true
     }

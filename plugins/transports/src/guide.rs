@@ -153,22 +153,22 @@ impl Guide {
     /// Draws conclusions from all that was learned.
     pub fn refine(&mut self) {
         self.warps.truncate(1);
-        let mut levels: Vec<HashMap<u32, Cell>> = vec![self.cells.clone()];
+        let mut coarser: Vec<HashMap<u32, Cell>> = Vec::new();
         for level in 1..LEVELS {
             let mut coarse: HashMap<u32, Cell> = HashMap::new();
             // In order, for sums of floating point depend on it.
-            for (key, cell) in sorted(&levels[level - 1]) {
+            for (key, cell) in sorted(coarser.last().unwrap_or(&self.cells)) {
                 let sum = coarse.entry(self.parent(level, key)).or_default();
                 sum.lessons = sum.lessons.saturating_add(cell.lessons);
                 sum.sums.iter_mut().zip(&cell.sums).for_each(|(sum, s)| *sum += s);
             }
-            levels.push(coarse);
+            coarser.push(coarse);
         }
         // From the coarsest grid down: what is known of a cell, or of the cell around it.
         let mut known: BTreeMap<u32, Known> = BTreeMap::new();
         for level in (0..LEVELS).rev() {
             let mut here = BTreeMap::new();
-            for (key, cell) in sorted(&levels[level]) {
+            for (key, cell) in sorted(if level == 0 { &self.cells } else { &coarser[level - 1] }) {
                 let around = if level + 1 < LEVELS { known.get(&self.parent(level + 1, key)).cloned() } else { None };
                 let around = around.unwrap_or(Known { warp: 0, shares: [1.0 / SQUARES as f32; SQUARES] });
                 here.insert(key, cell.refined(around, &mut self.warps));
