@@ -25,6 +25,8 @@ pub struct Clearance {
     cells: DVec3,
     /// Of each cell, the least number of steps, diagonal ones included, to a marked one; x fastest.
     steps: Vec<u8>,
+    /// The distance within which there is no surface, of each number of steps.
+    distances: [f64; 256],
 }
 
 /// Cells along the longest side of the box around all surfaces.
@@ -57,8 +59,9 @@ impl Clearance {
         let size = ((bounds.max - min) / cell).ceil().as_uvec3() + 1;
         let bounds = Aabb { min, max: min + size.as_dvec3() * cell };
         let count = size.x as usize * size.y as usize * size.z as usize;
-        let mut grid =
-            Self { min, bounds, cell, per_cell: cell.recip(), size, cells: size.as_dvec3(), steps: vec![u8::MAX; count] };
+        let distances = std::array::from_fn(|steps| steps.saturating_sub(1) as f64 * cell);
+        let (per_cell, cells, steps) = (cell.recip(), size.as_dvec3(), vec![u8::MAX; count]);
+        let mut grid = Self { min, bounds, cell, per_cell, size, cells, steps, distances };
         let mut objects = Objects::new(geometries);
         let mut visits = 0;
         for geometry in geometries {
@@ -114,7 +117,7 @@ impl Clearance {
     /// The distance from any point of the cell `c` within which there is no surface.
     #[inline]
     fn around(&self, c: UVec3) -> f64 {
-        f64::from(self.steps[self.index(c)].saturating_sub(1)) * self.cell
+        self.distances[usize::from(self.steps[self.index(c)])]
     }
 
     /// [`Clearance::at`] several points.
@@ -128,12 +131,15 @@ impl Clearance {
             Vector { x: clamp(points.x, min.x, max.x), y: clamp(points.y, min.y, max.y), z: clamp(points.z, min.z, max.z) };
         let p = (nearest - Vector::all(min)) * c(self.per_cell);
         let cell = |p: F, cells: f64| p.floor().min(c(cells - 1.0));
-        let row = cell(p.z, self.cells.z).times_plus(c(self.cells.y), cell(p.y, self.cells.y));
-        // Adding this leaves a whole number in the lowest bits.
+        // Adding this leaves a whole number in the lowest bits. All numbers here are whole and exact: they are added up in the order in which nothing
+        // waits for long.
         const WHOLE: f64 = (1u64 << 52) as f64;
-        let index = (row.times_plus(c(self.cells.x), cell(p.x, self.cells.x)) + c(WHOLE)).to_array();
-        let step = |i: usize| i32::from(self.steps.get(index[i].to_bits() as u32 as usize).copied().unwrap_or(0));
-        let distance = (F::from_integers(step) - c(1.0)).max(zero) * c(self.cell);
+        let row = cell(p.y, self.cells.y).times_plus(c(self.cells.x), cell(p.x, self.cells.x) + c(WHOLE));
+        let index = cell(p.z, self.cells.z).times_plus(c(self.cells.x * self.cells.y), row).to_array();
+        let distance = F::from_fn(|i| {
+            let steps = self.steps.get(index[i].to_bits() as u32 as usize).copied().unwrap_or(0);
+            self.distances[usize::from(steps)]
+        });
         let away = (points - nearest).length_squared().sqrt();
         // Of what is not a number, nothing is known.
         F::select(away.is_finite(), away.max(distance - away), zero)
