@@ -118,11 +118,13 @@ impl<F: Real> Packet<'_, F> {
         let (mut covered, mut ahead) = (c(0.0), reach(c(0.0), around));
         let mut marching = trying;
         for _ in 0..MOST_LOOKS {
-            marching = marching & ahead.gt(enough) & covered.lt(length);
+            marching = marching & ahead.gt(enough);
+            covered = F::select(marching, covered + ahead, covered);
+            // Those that have come to the end need no look around there.
+            marching = marching & covered.lt(length);
             if !marching.any() {
                 break;
             }
-            covered = F::select(marching, covered + ahead, covered);
             ahead = reach(covered, surfaces.free(from.points.plus(way, covered * per_length)));
         }
         // Where the curve is there, by a point of the chord a little before; that place may be far beyond where the parameter says little of the way,
