@@ -169,10 +169,6 @@ impl Real for Dual {
         [self.value]
     }
 
-    fn from_integers(mut number: impl FnMut(usize) -> i32) -> Self {
-        Self::splat(f64::from(number(0)))
-    }
-
     fn ceil(self) -> Self {
         Self::splat(self.value.ceil())
     }

@@ -5,7 +5,6 @@
 use crate::lanes::{LANES, Lanes};
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Index, Mul, Neg, Not, Sub, SubAssign};
-use wide::i32x8;
 
 mod vector;
 
@@ -69,9 +68,6 @@ pub trait Real:
 
     /// All numbers, where several are looked up by their place.
     fn to_array(self) -> Self::Array;
-
-    /// Number i is the whole number `number(i)`.
-    fn from_integers(number: impl FnMut(usize) -> i32) -> Self;
 
     /// The least whole number that is not below it.
     fn ceil(self) -> Self;
@@ -198,11 +194,6 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn from_integers(mut number: impl FnMut(usize) -> i32) -> Self {
-        Self::from(number(0))
-    }
-
-    #[inline(always)]
     fn ceil(self) -> Self {
         Self::ceil(self)
     }
@@ -276,11 +267,6 @@ impl Real for Lanes {
     #[inline(always)]
     fn to_array(self) -> [f64; LANES] {
         Self::to_array(self)
-    }
-
-    #[inline(always)]
-    fn from_integers(number: impl FnMut(usize) -> i32) -> Self {
-        Self::from(i32x8::from(std::array::from_fn::<i32, LANES, _>(number)))
     }
 
     #[inline(always)]

@@ -278,6 +278,10 @@ fn odd_rays_end_too() {
         assert!(matches!(trace(DVec3::X * 0.5, DVec3::X), Arrival::Surface(_)));
         for (origin, direction) in [(nan, DVec3::X), (DVec3::X * 0.5, nan), (DVec3::INFINITY, DVec3::X)] {
             assert_eq!(trace(origin, direction), Arrival::OutOfSteps);
+            // Whatever the place for its end held before.
+            let mut ends = [RayEnd { arrival: Arrival::Captured, ..RayEnd::NONE }; 9];
+            tracer.trace_all(&world, &[Ray::new(origin, direction); 9], &mut ends);
+            assert!(ends.iter().all(|end| end.arrival == Arrival::OutOfSteps), "{ends:?}");
         }
     }
 }

@@ -87,6 +87,7 @@ pub fn follow<F: Real, C: Course<F>>(
     let watch = watch.map(|watch| -> &mut dyn Watch { watch });
     let mut packet = Packet::<F>::new(world, start, watch, ends);
     let (falls, lost) = course.begin();
+    packet.end(present & lost, Arrival::OutOfSteps);
     packet.end(present & falls, Arrival::Captured);
     packet.go(course, present & !(falls | lost), max_steps);
     let Packet { reached, last, far, steps, leaps, .. } = packet;
