@@ -1,5 +1,6 @@
 //! Paths from which a guide learns. They are followed before a wave of samples, as the camera's paths are, but belong to
 //! no pixel: what is learned is a function of the seed and of the sample that comes next, whatever part of the picture is rendered.
+//! Where nobody has said whether to guide, they begin late, and a trial after a few stages says whether to go on.
 
 use super::{Guide, Lesson, trial};
 use bhs_core::sampling::SampleStream;
