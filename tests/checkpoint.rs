@@ -9,7 +9,11 @@ use bhs::lang::{BuiltScene, Overrides};
 use bhs::progress::Progress;
 use bhs::render::{Ended, Job, Limits, RenderState, Rendered};
 use bhs::signals::Signals;
-use std::time::Duration;
+use bhs_engine::scene::Scene;
+use bhs_engine::stats::PathLog;
+use bhs_engine::transport::{LightTransport, PathSample, RenderSetting};
+use std::ops::Range;
+use std::time::{Duration, Instant};
 
 /// A film, a sampler and a way of gathering light, in the room.
 fn scene(film: &str, samples: &str, transport: &str) -> String {
@@ -106,6 +110,37 @@ fn what_is_saved_while_threads_go_on_is_one_moment() {
             assert!(shown(&rendered).same_channels(&expected), "{name}, {i} of {}", all.len());
         }
     }
+}
+
+/// A method that sees nothing, and has so much to learn before each wave but the first that it ends only if it is told to, or is given up.
+struct Learner;
+
+impl LightTransport for Learner {
+    fn follow(&self, _: &Scene, path: &mut PathSample, _: &mut PathLog) {
+        path.radiance = Default::default();
+    }
+
+    fn for_render(&self, _: &RenderSetting) -> Option<Box<dyn LightTransport>> {
+        Some(Box::new(Self))
+    }
+
+    fn begin_wave(&mut self, setting: &RenderSetting, samples: Range<u32>) {
+        let began = Instant::now();
+        while samples.start > 0 && !(setting.is_stopped)() {
+            assert!(began.elapsed() < Duration::from_secs(60), "it is told that time is over");
+            std::thread::yield_now();
+        }
+    }
+}
+
+#[test]
+fn what_is_learned_before_a_later_wave_is_left_off_when_time_is_over() {
+    let built = common::build(&scene(&format!("Film \"rgb\" {SMALL}"), SOBOL, ""));
+    let state = RenderState::new(Job { transport: &Learner, ..Job::of(&built) }).expect("there is memory");
+    // Time enough for the first sample of a few pixels.
+    let limits = Limits { time: Some(Duration::from_secs(5)), ..Limits::of(&*built.sampler) };
+    let ended = state.run(&limits, &Progress::hidden(), &Signals::default());
+    assert_eq!((ended, state.rendered(ended).samples), (Ended::TimeOver, 1));
 }
 
 #[test]
