@@ -11,7 +11,7 @@ use crate::job::Job;
 use crate::not_finite::SampleId;
 use crate::sample::CameraSample;
 use arrayvec::ArrayVec;
-use bhs_core::sampling::SampleStream;
+use bhs_core::sampling::{SampleStream, r2_point};
 use bhs_core::spectrum::{N_LAMBDA, SampledSpectrum, SampledWavelengths, VisibleWavelengths, WAVELENGTH_BINS};
 use bhs_engine::stats::PathLog;
 use bhs_engine::transport::{BATCH, PathSample};
@@ -125,8 +125,8 @@ fn follow(job: &Job, wavelengths: &VisibleWavelengths, batch: u64) -> Vec<Brough
     let [width, height] = job.film.resolution();
     let (mut seen, mut followed) = (ArrayVec::<CameraSample, BATCH>::new(), ArrayVec::<PathSample, BATCH>::new());
     for i in (0..BATCH as u64).map(|k| batch * BATCH as u64 + k) {
-        // The sequence R2 (Roberts 2018): all over the picture, whatever its width.
-        let place = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step| (0.5 + i as f64 * step).fract());
+        // All over the picture, whatever its width.
+        let place = r2_point(i);
         let pixel = [(place[0] * f64::from(width)) as u32, (place[1] * f64::from(height)) as u32];
         let stream = SampleStream::of_wave(job.sampler, pixel, 0, WAVE);
         let (sample, path) = CameraSample::new(job, wavelengths, SampleId { pixel, sample: 0 }, stream);

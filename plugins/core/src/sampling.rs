@@ -192,6 +192,12 @@ fn atan_eighth(x: f32) -> f32 {
     x * (1.0 + xx * A.iter().rev().fold(0.0, |sum, a| sum * xx + a))
 }
 
+/// Point number `i` of the sequence R2 (Roberts 2018), in the unit square: however many there are, they lie evenly.
+#[inline]
+pub fn r2_point(i: u64) -> [f64; 2] {
+    [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step| (0.5 + i as f64 * step).fract())
+}
+
 /// A point of the unit disk, uniform, by the concentric map (Shirley and Chiu 1997).
 #[inline]
 pub fn concentric_disk(u: Vec2) -> Vec2 {
@@ -309,6 +315,16 @@ impl Discrete {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_of_the_sequence_lie_evenly() {
+        // So many lie in each of 64 squares as belong there, within one or two.
+        let mut counts = [0_i32; 64];
+        for [x, y] in (0..1024).map(r2_point) {
+            counts[(8.0 * x) as usize * 8 + (8.0 * y) as usize] += 1;
+        }
+        assert!(counts.iter().all(|count| (count - 16).abs() <= 3), "{counts:?}");
+    }
 
     #[test]
     fn the_concentric_map_has_an_inverse() {

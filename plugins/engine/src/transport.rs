@@ -61,12 +61,19 @@ pub struct RenderSetting<'a> {
     pub lambda_range: [f32; 2],
     /// Width and height of the whole picture (pixels).
     pub resolution: [u32; 2],
-    /// Pixels of the whole picture, whatever part of it is rendered; when a wave begins, those that take part in it.
+    /// Pixels that take part in the wave that begins; before the first, those of the whole picture, whatever part of it is rendered.
     pub pixels: u64,
     /// The ray of the camera through a point of the whole picture and one of the lens, both in [0,1)^2.
     pub camera_ray: Arc<dyn Fn(Vec2, Vec2) -> Ray + Send + Sync + 'a>,
     /// Whether the render is to end: what takes long before a wave asks now and then, and leaves off. No sample of that wave is made then.
     pub is_stopped: Arc<dyn Fn() -> bool + Send + Sync + 'a>,
+}
+
+impl RenderSetting<'_> {
+    /// Pixels of the whole picture, whichever of them take part in a wave.
+    pub fn all_pixels(&self) -> u64 {
+        self.resolution.map(u64::from).iter().product()
+    }
 }
 
 /// Estimates the light that arrives at the camera along a ray. Knows neither orbits nor intersectors.

@@ -77,6 +77,12 @@ struct Path {
     pilots: Option<Pilots>,
 }
 
+/// Whether the scene wants what the parameter `name` says; `None`: it does not say.
+fn wanted(p: &Params, name: &'static str, meaning: &'static str) -> Option<bool> {
+    let wanted = p.get(name, true, "", meaning);
+    p.is_given(name).then_some(wanted)
+}
+
 fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
     let max_depth = p.get_in("maxdepth", 5, 0..=1_000_000, "bounces", "longest path") as u32;
     let roulette_depth =
@@ -87,13 +93,11 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         "",
         "whether lights are sampled too (next-event estimation), or directions by the material alone",
     );
-    let guiding = p.get(
+    let wants_guiding = wanted(
+        p,
         "guiding",
-        true,
-        "",
         "whether directions follow what was learned of the light; where it is not said, from sample 16 on if a trial shows that it pays",
     );
-    let wants_guiding = p.is_given("guiding").then_some(guiding);
     let most_indirect = p.get_in(
         "clampindirect",
         0.0,
@@ -102,13 +106,11 @@ fn build(p: &Params) -> Option<Box<dyn LightTransport>> {
         "most that one contribution of indirect light may be, in the mean over its wavelengths, at energy 1; 0: any (biased)",
     );
     let most_indirect = if most_indirect > 0.0 { (most_indirect as f32).max(f32::MIN_POSITIVE) } else { f32::INFINITY };
-    let caustics = p.get(
+    let wants_caustics = wanted(
+        p,
         "caustics",
-        true,
-        "",
         "whether light that comes over mirrors and through glass is looked for from the lights too; where it is not said, if lights are sampled and there may be any",
     );
-    let wants_caustics = p.is_given("caustics").then_some(caustics);
     Some(Box::new(Path {
         max_depth,
         roulette_depth,
@@ -143,7 +145,8 @@ impl LightTransport for Path {
     fn begin_wave(&mut self, setting: &RenderSetting, samples: Range<u32>) {
         if let Some(mut pilots) = self.pilots.take() {
             if let Some(caustics) = self.caustics.as_mut().filter(|_| pilots.tries(samples.start)) {
-                caustics.begin_wave(&pilots.setting(setting), TRIED_WAVE);
+                // With all pixels, whichever take part in this wave: the trial does not depend on these.
+                caustics.begin_wave(&RenderSetting { pixels: setting.all_pixels(), ..setting.clone() }, TRIED_WAVE);
             }
             pilots.prepare(setting, samples.start, &|guide, paths, log, lessons| {
                 // Nobody learns with photons: those of one wave would be taken for the light.

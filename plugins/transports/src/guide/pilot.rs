@@ -71,8 +71,6 @@ pub type Follow<'f> = dyn Fn(Option<&Guide>, &mut [PathSample], &mut PathLog, Op
 /// A guide in training.
 pub struct Pilots {
     guide: Guide,
-    /// Pixels of the whole picture.
-    pixels: u64,
     /// Stages that are done.
     stage: u32,
     /// Whether samples are to be guided: where that is not said, a trial decides before the sample number [`TRIED_BEFORE`].
@@ -82,13 +80,8 @@ pub struct Pilots {
 impl Pilots {
     /// Those of a render, if it may be guided; `None` of `is_wanted`: where that pays.
     pub fn new(setting: &RenderSetting, is_wanted: Option<bool>) -> Option<Self> {
-        let may_guide = is_wanted.unwrap_or(setting.pixels >= LEAST_PIXELS);
-        may_guide.then(|| Self {
-            guide: Guide::new(setting.scene.world.bounds_of_both_sides()),
-            pixels: setting.pixels,
-            stage: 0,
-            is_wanted,
-        })
+        let may_guide = is_wanted.unwrap_or(setting.all_pixels() >= LEAST_PIXELS);
+        may_guide.then(|| Self { guide: Guide::new(setting.scene.world.bounds_of_both_sides()), stage: 0, is_wanted })
     }
 
     /// What was learned, if samples are to be guided.
@@ -101,11 +94,6 @@ impl Pilots {
         self.is_wanted != Some(false)
     }
 
-    /// `setting` with all pixels of the picture, whichever take part in a wave: what is learned does not depend on these.
-    pub fn setting<'a>(&self, setting: &RenderSetting<'a>) -> RenderSetting<'a> {
-        RenderSetting { pixels: self.pixels, ..setting.clone() }
-    }
-
     /// Whether a trial is due before the sample number `sample`.
     pub fn tries(&self, sample: u32) -> bool {
         self.is_wanted.is_none() && sample >= TRIED_BEFORE
@@ -116,23 +104,23 @@ impl Pilots {
         loop {
             if self.tries(sample) && self.stage == STAGES_TRIED {
                 let follow = |guide: Option<&Guide>, paths: &mut [PathSample], log: &mut PathLog| follow(guide, paths, log, None);
-                let Some(gain) = trial::gain(&self.setting(setting), &self.guide, &follow) else { return };
+                let Some(gain) = trial::gain(setting, &self.guide, &follow) else { return };
                 self.is_wanted = Some(gain > LEAST_GAIN);
             }
-            let Some(paths) = self.next_stage(sample) else { return };
+            let Some(paths) = self.next_stage(setting, sample) else { return };
             if !self.train(setting, paths, follow) {
                 return;
             }
         }
     }
 
-    /// Paths of the next stage, if it is due before the sample number `sample`.
-    fn next_stage(&self, sample: u32) -> Option<u64> {
+    /// Paths of the next stage, if it is due before the sample number `sample`. Whichever pixels take part in a wave, there are as many.
+    fn next_stage(&self, setting: &RenderSetting, sample: u32) -> Option<u64> {
         if self.is_wanted == Some(false) || (self.is_wanted.is_none() && !self.tries(sample)) {
             return None;
         }
         let (from, per_pixel) = STAGES.get(self.stage as usize)?;
-        let paths = (self.pixels as f64 * per_pixel) as u64;
+        let paths = (setting.all_pixels() as f64 * per_pixel) as u64;
         (sample >= *from).then_some(paths.clamp(*PATHS_OF_STAGE.start(), *PATHS_OF_STAGE.end()))
     }
 

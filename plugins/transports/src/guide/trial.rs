@@ -5,7 +5,7 @@
 //! Noise counts relative to the light of its block: relative to that of its own pixel it would look least where light is hardly ever found.
 
 use super::Guide;
-use bhs_core::sampling::SampleStream;
+use bhs_core::sampling::{SampleStream, r2_point};
 use bhs_core::spectrum::SampledWavelengths;
 use bhs_engine::stats::PathLog;
 use bhs_engine::transport::{BATCH, PathSample, RenderSetting};
@@ -46,7 +46,7 @@ struct Block {
 
 /// By how much `guide` lowers noise times cost; `None` if the render is to end meanwhile.
 pub fn gain(setting: &RenderSetting, guide: &Guide, follow: &Follow<'_>) -> Option<f64> {
-    let count = (setting.pixels / PIXELS_PER_BLOCK).clamp(BLOCKS[0], BLOCKS[1]) as usize;
+    let count = (setting.all_pixels() / PIXELS_PER_BLOCK).clamp(BLOCKS[0], BLOCKS[1]) as usize;
     let blocks: Vec<Block> = (0..count).into_par_iter().map(|number| block(setting, number, guide, follow)).collect();
     (!(setting.is_stopped)()).then(|| gain_of(&blocks))
 }
@@ -94,8 +94,8 @@ fn block(setting: &RenderSetting, number: usize, guide: &Guide, follow: &Follow<
 fn paths<'a>(setting: &RenderSetting<'a>, number: usize, column: u32) -> Vec<PathSample<'a>> {
     let RenderSetting { sampler, lambda_range: [lo, hi], camera_ray, resolution, .. } = setting;
     let size = Vec2::from_array(resolution.map(|n| n as f32));
-    // The sequence R2 (Roberts 2018): all over the picture, whatever its width.
-    let place = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step| (0.5 + number as f64 * step).fract() as f32);
+    // All over the picture, whatever its width.
+    let place = r2_point(number as u64).map(|x| x as f32);
     let room = (size - Vec2::from_array(BLOCK.map(|n| n as f32))).max(Vec2::ZERO);
     let corner = (Vec2::from_array(place) * room).round();
     let path = |i: usize| {
